@@ -13,6 +13,7 @@ mod choose;
 mod clip;
 mod coat;
 mod draw;
+mod edges;
 mod fill;
 mod lamp;
 mod light;

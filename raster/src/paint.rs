@@ -121,8 +121,8 @@ pub(crate) struct Painter<'a> {
     pub(crate) occluders: &'a ByRow<'a, Occluder>,
     pub(crate) rain: Option<Rain<'a>>,
     pub(crate) target: &'a Target,
-    /// Of those that are wanted.
-    pub(crate) first_row: u32,
+    /// That are wanted.
+    pub(crate) rows: Range<u32>,
     /// Of every triangle that is seen: the place of its surface, and 1; 0 for none.
     pub(crate) places: &'a [u32],
     pub(crate) surfaces: &'a [Surface],
@@ -135,10 +135,10 @@ impl Painter<'_> {
     #[inline(always)]
     pub(crate) fn paint<S: Simd>(&self, simd: S, (out, pitch_bytes): (&mut [u8], usize)) {
         let mut waiting = [Eight::default(); KINDS];
-        let mut out = Out { bytes: out, pitch_bytes, first_row: self.first_row };
+        let mut out = Out { bytes: out, pitch_bytes, first_row: self.rows.start };
         let is_low = self.lit.quality == Quality::Low;
-        let first = if is_low { self.target.first_row } else { self.first_row };
-        let end = self.target.first_row + self.target.row_count;
+        let Range { start, end } = self.rows;
+        let first = if is_low { start & !1 } else { start };
         let (mut own, mut below) = (Vec::new(), Vec::new());
         for row in first..end {
             let (nearness, ids) = self.target.row(row);

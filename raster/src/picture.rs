@@ -7,6 +7,7 @@ use fearless_simd::{Level, Simd, dispatch, f32x8, u32x8};
 
 use crate::choose::Prospect;
 use crate::draw::{Drawing, Screen, Seen, draw};
+use crate::edges::{Edges, Room};
 use crate::lamp::LAMPS_MAX;
 use crate::light::{Light, Lit};
 use crate::occluder::OCCLUDERS_MAX;
@@ -32,12 +33,13 @@ pub struct Canvas {
     screen: Screen,
     /// That somebody wants.
     rows: Range<u32>,
-    /// These rows, from an even one on.
+    /// These rows and those beside them, from an even one on.
     target: Target,
     seen: Vec<Seen>,
     /// Of those that are seen: the place of its surface, and 1; 0 for one not asked for yet.
     places: Vec<u32>,
     surfaces: Vec<Surface>,
+    edges: Room,
 }
 
 impl Canvas {
@@ -50,7 +52,8 @@ impl Canvas {
         (scene, prospect): (&Scene<'_>, &Prospect),
     ) {
         // Rows share colours by twos: the upper one is needed for the lower one.
-        self.target.clear(view.width_px, (rows.start & !1)..rows.end, true);
+        let Range { start, end } = Edges::rows_around(&rows, view.height_px);
+        self.target.clear(view.width_px, (start & !1)..end, true);
         self.rows = rows;
         let drawing =
             Drawing { placed: scene.placed, prospect, is_hidden: scene.is_hidden, slope: 0.0 };
@@ -71,25 +74,37 @@ impl Canvas {
         (out, pitch_bytes): (&mut [u8], usize),
     ) {
         self.find_surfaces(scene, quality);
-        let Self { target, places, surfaces, rows: wanted, .. } = &*self;
-        let rows = target.first_row..target.first_row + target.row_count;
-        let lamps = ByRow::of(view, (scene.lamps, LAMPS_MAX), rows.clone());
+        let Self { target, places, surfaces, rows: wanted, seen, edges, .. } = self;
+        let is_high = quality == Quality::High;
+        let rows =
+            if is_high { Edges::rows_around(wanted, view.height_px) } else { wanted.clone() };
         // Low quality shades no ground.
-        let most = if quality == Quality::High { OCCLUDERS_MAX } else { 0 };
-        let occluders = ByRow::of(view, (scene.occluders, most), rows);
-        dispatch!(level, simd => Painter {
+        let most = if is_high { OCCLUDERS_MAX } else { 0 };
+        let all_rows = target.first_row..target.first_row + target.row_count;
+        let lamps = ByRow::of(view, (scene.lamps, LAMPS_MAX), all_rows.clone());
+        let occluders = ByRow::of(view, (scene.occluders, most), all_rows);
+        let painter = |rain| Painter {
             rays: Rays::of(view),
             lit: Lit { light, shadow, quality, lamps: &[], occluders: &[] },
             lamps: &lamps,
             occluders: &occluders,
-            rain: Rain::of(simd, light),
+            rain,
             target,
-            first_row: wanted.start,
+            rows: rows.clone(),
             places,
             surfaces,
             coats: scene.coats,
+        };
+        if !is_high {
+            dispatch!(level, simd => painter(Rain::of(simd, light)).paint(simd, (out, pitch_bytes)));
+            return;
         }
-        .paint(simd, (out, pitch_bytes)));
+        let colours = edges.colours(view.width_px, rows.len());
+        dispatch!(level, simd => painter(Rain::of(simd, light)).paint(simd, colours));
+        let (projection, wanted) = (view.projection(), wanted.clone());
+        let soft = Edges { scene, projection, target, seen, rows: wanted };
+        let out = (out, pitch_bytes);
+        dispatch!(level, simd => soft.soften(simd, edges, rows.start, out));
     }
 
     /// Makes the surfaces of all triangles that any pixel shows.

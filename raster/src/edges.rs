@@ -1,0 +1,356 @@
+//! Softer edges: where a side of a triangle passes between two pixels, the one that it cuts takes
+//! on some of the other's colour, as much as lies beyond the side.
+//!
+//! A pixel's colour follows from itself and its four neighbours: a picture is the same in whatever
+//! parts it is drawn.
+
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, u32x8};
+
+use crate::draw::Seen;
+use crate::model::Model;
+use crate::pixels::PIXEL_BYTES;
+use crate::scene::{Placed, Scene};
+use crate::target::Target;
+use crate::vector::{LANES, V3, affine, cross, dot, scale};
+use crate::view::Projection;
+
+/// Edges between colours that differ by no more than this in any channel are soft enough.
+const ALIKE: u8 = 6;
+/// From the middle of a pixel to its border.
+const HALF_PX: f32 = 0.5;
+/// Shares of a neighbour's colour are counted in so many parts.
+const PARTS: f32 = 256.0;
+/// So many triangles that are too thin to be seen may lie between two pixels.
+const THIN_MAX: usize = 4;
+
+/// Room that is used again from one picture to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Room {
+    /// Colours before edges are softened.
+    colours: Vec<u8>,
+    /// By id, 1 less: of triangles that somebody asked for.
+    outlines: Vec<Option<Outline>>,
+    /// Of each pixel that is wanted.
+    mixes: Vec<Mix>,
+    /// Pixels that get something of a neighbour.
+    mixed: Vec<u32>,
+}
+
+/// A triangle in the picture.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    /// From the first corner to the second, and so on: positive numbers with a place and 1 where it
+    /// is on the inner side.
+    sides: [V3; 3],
+    is_front: bool,
+    /// Beyond each side, once somebody asked.
+    beyond: [Option<Beyond>; 3],
+}
+
+/// What a triangle shares a side with.
+#[derive(Clone, Copy, Debug)]
+enum Beyond {
+    /// Nothing, as far as its cluster tells, or what turns away.
+    Nothing,
+    /// This one of the same model.
+    Triangle(u32),
+}
+
+/// What a pixel gets of which neighbour.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mix {
+    parts: u8,
+    /// Steps to the right and downwards.
+    from: (i8, i8),
+}
+
+/// What is seen where.
+pub(crate) struct Edges<'a> {
+    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) projection: Projection,
+    pub(crate) target: &'a Target,
+    pub(crate) seen: &'a [Seen],
+    /// That are wanted.
+    pub(crate) rows: Range<u32>,
+}
+
+impl Room {
+    /// Room for the colours of so many rows.
+    pub(crate) fn colours(&mut self, width_px: u32, rows: usize) -> (&mut [u8], usize) {
+        let pitch_bytes = width_px as usize * PIXEL_BYTES;
+        self.colours.resize(pitch_bytes * rows, 0);
+        (&mut self.colours, pitch_bytes)
+    }
+}
+
+impl Edges<'_> {
+    /// The rows to be painted: those that are wanted and their neighbours.
+    pub(crate) fn rows_around(wanted: &Range<u32>, height_px: u32) -> Range<u32> {
+        wanted.start.saturating_sub(1)..(wanted.end + 1).min(height_px)
+    }
+
+    /// Writes the rows that are wanted. In the room are the colours of these and of the rows beside
+    /// them, from `first_row` on.
+    #[inline(always)]
+    pub(crate) fn soften<S: Simd>(
+        &self,
+        simd: S,
+        room: &mut Room,
+        first_row: u32,
+        (out, pitch_bytes): (&mut [u8], usize),
+    ) {
+        let width = self.target.width_px as usize;
+        let Room { colours, outlines, mixes, mixed } = room;
+        outlines.clear();
+        outlines.resize(self.seen.len(), None);
+        mixes.clear();
+        mixes.resize(width * self.rows.len(), Mix::default());
+        mixed.clear();
+        let colours = Colours { pixels: colours.as_chunks().0, width, first_row };
+        let local = (u32::MAX, self.projection);
+        let mut found = Found { edges: self, colours, local, outlines, mixes, mixed };
+        let end = first_row + (colours.pixels.len() / width.max(1)) as u32;
+        for row in first_row..end {
+            if self.rows.contains(&row) {
+                found.beside(simd, row, row, 1);
+            }
+            if row + 1 < end {
+                found.beside(simd, row, row + 1, 0);
+            }
+        }
+        let lines = out.chunks_mut(pitch_bytes).zip(self.rows.clone());
+        for (line, row) in lines {
+            let pixels = line.as_chunks_mut::<PIXEL_BYTES>().0.iter_mut();
+            pixels.zip(colours.row(row)).for_each(|(pixel, colour)| *pixel = *colour);
+        }
+        for at in &*mixed {
+            let at = *at as usize;
+            let (column, line) = (at % width, at / width);
+            let Some(Mix { parts, from: (right, down) }) = mixes.get(at).copied() else { continue };
+            let row = self.rows.start + line as u32;
+            let other = column.wrapping_add_signed(isize::from(right));
+            let other = (other, row.wrapping_add_signed(i32::from(down)));
+            let start = line * pitch_bytes + column * PIXEL_BYTES;
+            if let Some(pixel) = out.get_mut(start..).and_then(<[u8]>::first_chunk_mut) {
+                let [own, other] = [(column, row), other].map(|place| colours.at(place));
+                *pixel = mixture(own, other, f32::from(parts) / PARTS);
+            }
+        }
+    }
+
+    /// The share of the way from the middle of one pixel, which shows a triangle, to that of another
+    /// one, at which the triangle ends and what is joined to it and too thin to be seen there.
+    fn ends(
+        &self,
+        own: &mut Outline,
+        (seen, local): (&Seen, &Projection),
+        way: [[f32; 2]; 2],
+    ) -> Option<f32> {
+        let (side, mut share) = own.leaves(way)?;
+        let placed = self.scene.placed.get(seen.placed as usize)?;
+        let mut beyond =
+            *own.beyond[side].get_or_insert_with(|| across(placed.model, seen.triangle, side));
+        for _ in 0..THIN_MAX {
+            let Beyond::Triangle(triangle) = beyond else { break };
+            let next = Outline::of(placed, local, triangle);
+            let Some(next) = next.filter(|next| next.is_front) else { break };
+            // A crease between two that are seen.
+            let Some((side, ends)) = next.leaves(way).filter(|(_, ends)| *ends > share) else {
+                break;
+            };
+            share = ends;
+            beyond = across(placed.model, triangle, side);
+        }
+        Some(share)
+    }
+}
+
+impl Outline {
+    /// Of a triangle of a placed model, as it is seen. Homogeneous, so that corners behind the
+    /// viewer do not matter.
+    fn of(placed: &Placed<'_>, local: &Projection, triangle: u32) -> Option<Self> {
+        let corners = placed.model.triangles.get(triangle as usize)?;
+        let [centre_x, centre_y] = local.centre_px;
+        let [a, b, c] = placed.model.corners_of(corners)?.map(|corner| {
+            let [x, y, w] = [local.x, local.y, local.w].map(|row| affine(row, corner.position));
+            [x + centre_x * w, y + centre_y * w, w]
+        });
+        let turn = dot(a, cross(b, c));
+        let sides = [cross(a, b), cross(b, c), cross(c, a)];
+        let sides = sides.map(|side| scale(side, turn.signum()));
+        // Rows of a picture go down: what faces the viewer turns the other way.
+        Some(Self { sides, is_front: turn < 0.0, beyond: [None; 3] })
+    }
+
+    /// By which side a way leaves it, and after which share; `None` where it ends inside.
+    fn leaves(&self, [from, to]: [[f32; 2]; 2]) -> Option<(usize, f32)> {
+        let mut least = None;
+        for (at, side) in self.sides.iter().enumerate() {
+            let value = |[x, y]: [f32; 2]| dot(*side, [x, y, 1.0]);
+            let (inside, outside) = (value(from).max(0.0), value(to));
+            if outside < 0.0 {
+                let share = inside / (inside - outside);
+                if least.is_none_or(|(_, least)| share < least) {
+                    least = Some((at, share));
+                }
+            }
+        }
+        least
+    }
+}
+
+/// What shares a side with a triangle, of those in its cluster.
+fn across(model: &Model, triangle: u32, side: usize) -> Beyond {
+    let at = triangle as usize;
+    let before = model.clusters.partition_point(|cluster| cluster.triangles.end <= at);
+    let Some(cluster) = model.clusters.get(before) else { return Beyond::Nothing };
+    let corner = |at: usize, number: usize| {
+        model.local.get(at / LANES).map_or(0, |eight| eight[number % 3][at % LANES])
+    };
+    let (first, second) = (corner(at, side), corner(at, side + 1));
+    let shares = |other: &usize| {
+        let corners = [0, 1, 2].map(|number| corner(*other, number));
+        // It goes along the side the other way.
+        (0..3).any(|number| corners[number] == second && corners[(number + 1) % 3] == first)
+    };
+    let found = cluster.triangles.clone().filter(|other| *other != at).find(shares);
+    found.map_or(Beyond::Nothing, |other| Beyond::Triangle(other as u32))
+}
+
+/// Colours of some rows.
+#[derive(Clone, Copy)]
+struct Colours<'a> {
+    pixels: &'a [[u8; PIXEL_BYTES]],
+    width: usize,
+    first_row: u32,
+}
+
+impl Colours<'_> {
+    fn row(&self, row: u32) -> &[[u8; PIXEL_BYTES]] {
+        let first = row.saturating_sub(self.first_row) as usize * self.width;
+        self.pixels.get(first..first + self.width).unwrap_or_default()
+    }
+
+    fn at(&self, (column, row): (usize, u32)) -> [u8; PIXEL_BYTES] {
+        self.row(row).get(column).copied().unwrap_or_default()
+    }
+}
+
+/// Edges as they are found.
+struct Found<'a> {
+    edges: &'a Edges<'a>,
+    colours: Colours<'a>,
+    /// The model that was asked for last, by its place in the scene, as it is seen.
+    local: (u32, Projection),
+    outlines: &'a mut [Option<Outline>],
+    mixes: &'a mut [Mix],
+    mixed: &'a mut Vec<u32>,
+}
+
+impl Found<'_> {
+    /// Holds each pixel of a row against that of another one, so many columns to the right.
+    #[inline(always)]
+    fn beside<S: Simd>(&mut self, simd: S, row: u32, other_row: u32, right: usize) {
+        let edges = self.edges;
+        let (_, own) = edges.target.row(row);
+        let (_, other) = edges.target.row(other_row);
+        let count = (edges.target.width_px as usize).saturating_sub(right);
+        let other = other.get(right..).unwrap_or_default();
+        let mut column = 0;
+        while column < count {
+            let (Some(one), Some(two)) =
+                (own.get(column..column + LANES), other.get(column..column + LANES))
+            else {
+                break;
+            };
+            let alike = u32x8::from_slice(simd, one).simd_eq(u32x8::from_slice(simd, two));
+            let mut differing = !alike.to_bitmask() as u8;
+            while differing != 0 {
+                let at = column + differing.trailing_zeros() as usize;
+                differing &= differing - 1;
+                if at < count {
+                    self.between((at, row), (at + right, other_row));
+                }
+            }
+            column += LANES;
+        }
+        for at in column..count {
+            if own.get(at) != other.get(at) {
+                self.between((at, row), (at + right, other_row));
+            }
+        }
+    }
+
+    /// Two neighbours that show different triangles.
+    fn between(&mut self, one: (usize, u32), two: (usize, u32)) {
+        let (own, other) = (self.colours.at(one), self.colours.at(two));
+        if own.iter().zip(other).all(|(own, other)| own.abs_diff(other) <= ALIKE) {
+            return;
+        }
+        let shown = |(column, row): (usize, u32)| {
+            let (nearness, ids) = self.edges.target.row(row);
+            Some((*nearness.get(column)?, *ids.get(column)?))
+        };
+        let (Some((near_one, id_one)), Some((near_two, id_two))) = (shown(one), shown(two)) else {
+            return;
+        };
+        // What is nearer ends there; or, where it goes on below the other, that one does.
+        let (nearer, farther) = if near_one >= near_two {
+            ((one, id_one), (two, id_two))
+        } else {
+            ((two, id_two), (one, id_one))
+        };
+        let share = self.ends(nearer, farther.0);
+        let share = share.or_else(|| Some(1.0 - self.ends(farther, nearer.0)?));
+        match share {
+            Some(share) if share < HALF_PX => self.mix(nearer.0, farther.0, HALF_PX - share),
+            Some(share) => self.mix(farther.0, nearer.0, share - HALF_PX),
+            None => {}
+        }
+    }
+
+    fn ends(&mut self, (from, id): ((usize, u32), u32), to: (usize, u32)) -> Option<f32> {
+        let at = (id as usize).checked_sub(1)?;
+        let (seen, slot) = (self.edges.seen.get(at)?, self.outlines.get_mut(at)?);
+        if self.local.0 != seen.placed {
+            let placed = self.edges.scene.placed.get(seen.placed as usize)?;
+            self.local = (seen.placed, self.edges.projection.within(&placed.world_from_model));
+        }
+        let local = &self.local.1;
+        if slot.is_none() {
+            let placed = self.edges.scene.placed.get(seen.placed as usize)?;
+            *slot = Outline::of(placed, local, seen.triangle);
+        }
+        let middle = |(column, row): (usize, u32)| [column as f32 + HALF_PX, row as f32 + HALF_PX];
+        self.edges.ends(slot.as_mut()?, (seen, local), [middle(from), middle(to)])
+    }
+
+    /// Has a pixel take this share of a neighbour's colour, unless it takes more of another one's.
+    fn mix(&mut self, (column, row): (usize, u32), other: (usize, u32), share: f32) {
+        if !self.edges.rows.contains(&row) {
+            return;
+        }
+        let line = (row - self.edges.rows.start) as usize;
+        let at = line * self.colours.width + column;
+        let parts = (share * PARTS) as u8;
+        let Some(mix) = self.mixes.get_mut(at).filter(|mix| mix.parts < parts) else { return };
+        if mix.parts == 0 {
+            self.mixed.push(at as u32);
+        }
+        let from = (other.0 as i64 - column as i64, i64::from(other.1) - i64::from(row));
+        *mix = Mix { parts, from: (from.0 as i8, from.1 as i8) };
+    }
+}
+
+/// Some of one colour and a share of another one. Squares stand for the light that they are.
+fn mixture(own: [u8; 4], other: [u8; 4], share: f32) -> [u8; 4] {
+    let mut mixture = own;
+    for (own, other) in mixture.iter_mut().zip(other) {
+        let [a, b] = [*own, other].map(f32::from);
+        *own = ((a * a * (1.0 - share) + b * b * share).sqrt() + 0.5) as u8;
+    }
+    mixture
+}
