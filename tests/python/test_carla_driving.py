@@ -171,6 +171,23 @@ def test_ackermann_reaches_its_speed_and_its_angle(track):
     assert track.speed() == pytest.approx(-3.0, abs=0.3)
 
 
+def test_ackermann_stops_before_it_goes_the_other_way(track):
+    track.set_back(6.0)
+    track.car.apply_ackermann_control(carla.VehicleAckermannControl(speed=6.0))
+    ticks(track.world, 20)
+    for speed, way in ((-3.0, 1.0), (6.0, -1.0)):
+        track.car.apply_ackermann_control(carla.VehicleAckermannControl(speed=speed))
+        ticks(track.world, 1)
+        for _ in range(80):
+            if way * track.speed() < 0.3:
+                break
+            assert track.car.get_control().reverse == (way < 0.0)
+            track.world.tick()
+        assert way * track.speed() < 0.3
+        ticks(track.world, 160)
+        assert track.speed() == pytest.approx(speed, abs=0.4)
+
+
 def test_gains_of_ackermann_are_kept_and_change_the_start(track):
     car = track.car
     settings = car.get_ackermann_controller_settings()

@@ -59,15 +59,21 @@ def test_the_length_of_a_direction_counts(world, walker):
         assert told.speed == pytest.approx(speed)
 
 
-def test_a_walker_jumps_once(world, walker):
+def test_a_walker_jumps_until_it_is_told_otherwise(world, walker):
     ground = walker.get_location().z
-    walker.apply_control(carla.WalkerControl(carla.Vector3D(x=1.0), 0.0, True))
-    heights = []
-    for _ in range(60):
-        world.tick()
-        heights.append(walker.get_location().z - ground)
-    assert 0.3 < max(heights) < 1.5
-    assert max(heights[40:]) < 0.1
+
+    def heights(jump):
+        walker.apply_control(carla.WalkerControl(carla.Vector3D(x=1.0), 0.0, jump))
+        told = []
+        for _ in range(60):
+            world.tick()
+            told.append(walker.get_location().z - ground)
+        return told
+
+    jumping = heights(True)
+    assert 1.1 < max(jumping) < 1.4
+    assert max(jumping[30:]) > 1.1
+    assert max(heights(False)[40:]) < 0.1
 
 
 def test_a_walker_is_put_elsewhere_and_stands_there(world, walker):

@@ -1,5 +1,7 @@
 """Sensors, traffic lights and walkers through CARLA's own client."""
 
+import math
+
 import carla
 import pytest
 
@@ -26,6 +28,44 @@ def test_a_sensor_measures_once_in_every_tick_from_the_first(world, blueprint_id
     assert [measured.get(timeout=WAIT_SECS).frame for _ in frames] == frames
     assert measured.empty()
     sensor.stop()
+
+
+def test_a_period_between_two_ticks_is_kept_on_average(world):
+    car = spawn_car(world)
+    world.tick()
+    sensor, measured = attach(world, car, "sensor.other.gnss", sensor_tick="0.12")
+    frames = [world.tick() for _ in range(16)]
+    seen = [measured.get(timeout=WAIT_SECS).frame for _ in range(7)]
+    # Ticks of 0.05 s.
+    assert seen == [frames[at - 1] for at in (1, 4, 6, 9, 11, 13, 16)]
+    sensor.stop()
+
+
+@pytest.mark.parametrize(
+    ("arm", "lift"),
+    [(carla.AttachmentType.SpringArmGhost, 0.0), (carla.AttachmentType.SpringArm, 0.3)],
+)
+def test_what_hangs_on_a_spring_arm_looks_at_its_parent(world, arm, lift):
+    car = spawn_car(world)
+    world.tick()
+    blueprint = world.get_blueprint_library().find("sensor.camera.rgb")
+    # As in CARLA's manual_control.py, behind, and ahead without a rotation of its own.
+    behind = carla.Transform(carla.Location(x=-6.0, z=2.5), carla.Rotation(pitch=8.0))
+    ahead = carla.Transform(carla.Location(x=5.0, y=1.5, z=1.5))
+    cameras = [world.spawn_actor(blueprint, place, car, arm) for place in (behind, ahead)]
+    car.set_target_velocity(8.0 * car.get_transform().get_forward_vector())
+    ticks(world, 20)
+    here = car.get_transform()
+    for camera, place in zip(cameras, (behind, ahead), strict=True):
+        found = camera.get_transform()
+        away = here.inverse_transform(carla.Location(found.location))
+        assert away.distance(place.location + carla.Location(z=lift)) < 0.15
+        look = -1.0 * place.location
+        wanted = math.degrees(math.atan2(look.z, math.hypot(look.x, look.y)))
+        assert found.rotation.pitch == pytest.approx(wanted + place.rotation.pitch, abs=1.0)
+        turned = found.rotation.yaw - here.rotation.yaw - math.degrees(math.atan2(look.y, look.x))
+        assert abs((turned + 180.0) % 360.0 - 180.0) < 2.0
+        camera.destroy()
 
 
 def test_gnss_tells_what_the_map_says_of_the_place(world):

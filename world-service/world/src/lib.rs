@@ -65,6 +65,7 @@ mod sensor;
 mod sensors;
 mod snapshot;
 mod spawn;
+mod spring_arm;
 mod step;
 mod stroll;
 mod time_step;

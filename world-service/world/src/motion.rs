@@ -8,10 +8,8 @@ use schemas::{ActorId, Attachment, AttachmentKind, Pose, Vec3};
 use crate::actor::Actor;
 use crate::body::{Attached, Body};
 use crate::physics::{BodyState, pose_fault};
+use crate::spring_arm;
 use crate::world::State;
-
-/// How fast a spring arm closes the gap to its place; CARLA's camera lag.
-const SPRING_ARM_PER_SEC: f32 = 10.0;
 
 /// Actors hanging on actors hanging on actors, at most.
 const CHAIN_MAX: usize = 8;
@@ -110,11 +108,11 @@ impl State {
         for index in 0..self.actors.len() {
             let Body::Attached(attached) = &self.actors[index].body else { continue };
             let Some(parent) = self.actor(attached.to.parent) else { continue };
-            let goal = self.pose_of(parent) * attached.parent_from_actor;
+            let world_from_parent = self.pose_of(parent);
             let world_from_actor = match attached.to.kind {
-                AttachmentKind::Rigid => goal,
+                AttachmentKind::Rigid => world_from_parent * attached.parent_from_actor,
                 AttachmentKind::SpringArm | AttachmentKind::SpringArmGhost => {
-                    follow(&attached.world_from_actor, &goal, dt_secs)
+                    spring_arm::follow(attached, &world_from_parent, dt_secs)
                 }
             };
             if let Some(reason) = pose_fault(&world_from_actor) {
@@ -139,11 +137,4 @@ impl State {
             }
         }
     }
-}
-
-/// A pose on its way to another: the place lags, the rotation does not.
-fn follow(from: &Pose, goal: &Pose, dt_secs: f32) -> Pose {
-    let share = (SPRING_ARM_PER_SEC * dt_secs).min(1.0);
-    let place_m = from.translation.vector.lerp(&goal.translation.vector, share);
-    Pose::from_parts(place_m.into(), goal.rotation)
 }

@@ -1,8 +1,8 @@
 //! What measures: everything of CARLA's `sensor.*` but the pictures of cameras, of which only the
 //! moment is known here.
 //!
-//! A sensor measures while somebody listens, at the end of a tick, if at least `sensor_tick`
-//! seconds of simulated time have passed since it last did.
+//! A sensor measures while somebody listens, at the end of a tick, once in `sensor_tick` seconds of
+//! simulated time.
 
 mod collision;
 mod config;

@@ -11,6 +11,7 @@ use crate::overlap::OrientedBox;
 use crate::place::{self, Placed};
 use crate::scenery::Reach;
 use crate::sensor::Sensor;
+use crate::spring_arm;
 use crate::trigger;
 use crate::walker::Walker;
 use crate::world::{World, ids_used_up};
@@ -157,7 +158,8 @@ impl World {
             Some(pose) => pose,
             None => self.pose_of_carrier(to.parent)?,
         };
-        let world_from_actor = world_from_parent * parent_from_actor;
+        let world_from_actor =
+            spring_arm::attached_at(to.kind, &world_from_parent, parent_from_actor);
         check::pose(&world_from_actor)?;
         Ok(Attached { to, parent_from_actor: *parent_from_actor, world_from_actor })
     }

@@ -68,6 +68,7 @@ impl World {
         }
         self.state.halt_states();
         self.state.carry_attached(dt_secs as f32);
+        self.state.draw_in_spring_arms(&self.town);
         self.state.settle(dt_secs as f32);
         self.state.measure_acceleration();
         self.state.collisions = self.state.contacts.conclude(log);

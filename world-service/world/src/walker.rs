@@ -28,8 +28,8 @@ const STEP_M: f32 = 0.3;
 const CLIMB_MPS: f32 = 2.0;
 /// How fast the height above ground is corrected.
 const CLIMB_PER_SEC: f32 = 20.0;
-/// Speed of a jump at take-off: CARLA's, 0.9 m high.
-const JUMP_MPS: f32 = 4.2;
+/// Speed of a jump at take-off, 1.3 m high. **Source:** CARLA's `JumpZVelocity` of walkers.
+const JUMP_MPS: f32 = 5.0;
 /// Fastest turn on the spot.
 const TURN_RADPS: f32 = 10.0;
 /// Cosine of the lean (60°) beyond which nobody stands.
@@ -51,8 +51,6 @@ pub(crate) struct Walker {
     pub stance: Stance,
     /// Phase of the walk cycle, 0 to 2π.
     pub gait_rad: f32,
-    /// Whether the control's jump is still to be made.
-    pub jump_waits: bool,
     /// Who steers it, if not the last command for it.
     pub errand: Option<Errand>,
     /// The velocity it gave itself; a body that has quite another one was hit.
@@ -103,7 +101,6 @@ impl Walker {
             control: WalkerControl { direction: Vec3::x(), ..WalkerControl::default() },
             stance: Stance::Feet,
             gait_rad: 0.0,
-            jump_waits: false,
             errand: None,
             own_mps: linear_mps,
             untold_ticks: 0,
@@ -118,21 +115,20 @@ impl Walker {
             Stance::Fallen => 2.0,
         };
         let flag = |on: bool| f32::from(u8::from(on));
-        let head = [self.control.speed_mps, flag(self.control.jump), flag(self.jump_waits)];
+        let head = [self.control.speed_mps, flag(self.control.jump)];
         let vectors = self.control.direction.iter().chain(self.own_mps.iter()).copied();
         let rest = [stance, self.gait_rad, f32::from(self.untold_ticks)];
         head.into_iter().chain(rest).chain(vectors)
     }
 
-    /// Takes a new wish; a jump is made once.
+    /// Takes a new wish.
     pub(crate) fn set_control(&mut self, control: WalkerControl) {
-        self.jump_waits = control.jump;
         self.control = control;
     }
 
     /// Whether it wants to be elsewhere.
     pub(crate) fn is_restless(&self) -> bool {
-        self.jump_waits || self.wanted_mps().norm() > STANDING_MPS
+        self.control.jump || self.wanted_mps().norm() > STANDING_MPS
     }
 
     /// Stands up at a new place with a velocity from outside.
@@ -206,7 +202,8 @@ impl Walker {
     /// The change of velocity that the feet make in one substep.
     fn walk(&mut self, linear_mps: Vec3, gap_m: f32, normal: Vec3, dt_secs: f32) -> Vec3 {
         let push = (self.wanted_mps() - linear_mps.xy()).cap_magnitude(ACCELERATION_MPS2 * dt_secs);
-        if std::mem::take(&mut self.jump_waits) {
+        // As in CARLA it jumps again and again until it is told not to.
+        if self.control.jump {
             self.stance = Stance::Air;
             return Vec3::new(push.x, push.y, JUMP_MPS - linear_mps.z);
         }

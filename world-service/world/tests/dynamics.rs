@@ -288,6 +288,33 @@ fn an_ackermann_target_is_reached_and_held() {
 }
 
 #[test]
+fn an_ackermann_target_the_other_way_is_driven_to_after_a_stop() {
+    let (mut world, car) = standing("vehicle.tesla.model3");
+    let mut drive = |speed_mps: f32, ticks: usize| -> Vec<(f32, VehicleControl)> {
+        let control = AckermannControl { speed_mps, ..Default::default() };
+        world.apply(&Command::Vehicle(VehicleCommand::Ackermann { actor: car, control })).unwrap();
+        let tick = |_| {
+            run(&mut world, 1);
+            let told = state(&world, car);
+            (told.linear_velocity_mps.x, told.control)
+        };
+        (0..ticks).map(tick).collect()
+    };
+    drive(6.0, 100);
+    for (goal_mps, sign) in [(-3.0, 1.0), (6.0, -1.0), (-3.0, 1.0), (0.0, -1.0)] {
+        let told = drive(goal_mps, 200);
+        let against = told.iter().take_while(|(mps, _)| sign * mps > 0.2);
+        for (mps, control) in against {
+            assert_eq!(control.reverse, sign < 0.0, "to {goal_mps} at {mps} m/s");
+        }
+        let stopped = told.iter().position(|(mps, _)| sign * mps < 0.2);
+        assert!(stopped.is_some_and(|ticks| ticks < 80), "to {goal_mps}: {stopped:?}");
+        let (last_mps, _) = told[199];
+        assert!((last_mps - goal_mps).abs() < 0.4, "{last_mps} of {goal_mps}");
+    }
+}
+
+#[test]
 fn an_ackermann_angle_is_turned_to_at_its_rate() {
     let (mut world, car) = standing("vehicle.tesla.model3");
     let control = AckermannControl { steer_rad: 0.3, steer_radps: 0.1, ..Default::default() };

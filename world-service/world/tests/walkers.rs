@@ -89,20 +89,27 @@ fn a_wall_stops_a_walker_on_its_feet() {
 }
 
 #[test]
-fn a_jump_leaves_the_ground_once() {
+fn who_is_told_to_jump_jumps_until_told_otherwise() {
     let mut world = world();
     let walker = walker(&mut world, 0.0, 0.0);
     let floor_m = position_m(&world, walker).z;
-    let control = WalkerControl { jump: true, ..WalkerControl::default() };
-    world.apply(&Command::Walker(WalkerCommand::Control { actor: walker, control })).unwrap();
-    let mut heights_m = Vec::new();
-    for _ in 0..60 {
-        run(&mut world, 1);
-        heights_m.push(position_m(&world, walker).z - floor_m);
-    }
-    let highest_m = heights_m.iter().copied().fold(0.0, f32::max);
-    assert!((0.75..0.95).contains(&highest_m), "{highest_m}");
-    assert!(heights_m[30..].iter().all(|height_m| height_m.abs() < 0.02), "{heights_m:?}");
+    let mut heights_m = |jump: bool, ticks: usize| -> Vec<f32> {
+        let control = WalkerControl { jump, ..WalkerControl::default() };
+        world.apply(&Command::Walker(WalkerCommand::Control { actor: walker, control })).unwrap();
+        let height_m = |_| {
+            run(&mut world, 1);
+            position_m(&world, walker).z - floor_m
+        };
+        (0..ticks).map(height_m).collect()
+    };
+    let jumping_m = heights_m(true, 100);
+    let highest_m = jumping_m.iter().copied().fold(0.0, f32::max);
+    assert!((1.2..1.3).contains(&highest_m), "5 m/s at take-off: {highest_m}");
+    let rises = |height_m: &f32| *height_m > 0.6;
+    let jumps = jumping_m.windows(2).filter(|pair| !rises(&pair[0]) && rises(&pair[1])).count();
+    assert!((4..=5).contains(&jumps), "a second each: {jumps}");
+    let standing_m = heights_m(false, 60);
+    assert!(standing_m[30..].iter().all(|height_m| height_m.abs() < 0.02), "{standing_m:?}");
 }
 
 #[test]

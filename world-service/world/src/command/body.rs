@@ -7,6 +7,7 @@ use crate::actor::Vehicle;
 use crate::body::Body;
 use crate::check;
 use crate::place;
+use crate::spring_arm;
 use crate::vehicle::Impulse;
 use crate::world::World;
 
@@ -140,7 +141,9 @@ impl World {
             Body::Attached(attached) => {
                 // Others are carried there with the next tick.
                 if let Some(world_from_parent) = world_from_fixed {
-                    let world_from_actor = world_from_parent * reference_from_actor;
+                    let kind = attached.to.kind;
+                    let world_from_actor =
+                        spring_arm::attached_at(kind, &world_from_parent, reference_from_actor);
                     check::pose(&world_from_actor)?;
                     attached.world_from_actor = world_from_actor;
                 }

@@ -23,7 +23,8 @@ const STEP_SECS: f32 = 0.05;
 /// What a vehicle is asked for when the client sets no limit.
 const ACCELERATION_MPS2_MAX: f32 = 3.0;
 const DECELERATION_MPS2_MAX: f32 = 8.0;
-/// Target and speed below which the vehicle is held with the brake.
+/// Target and speed below which the vehicle is held with the brake; below this speed it may change
+/// the direction of its gear.
 const STANDSTILL_MPS: f32 = 0.1;
 /// Share of the pedal's travel about zero in which the vehicle rolls without either pedal.
 const COAST_SHARE: f32 = 0.02;
@@ -43,6 +44,8 @@ pub(crate) struct Ackermann {
     pedal: f32,
     steer_rad: f32,
     last_mps: f32,
+    /// Whether its gear is the reverse one.
+    reverse: bool,
 }
 
 /// Memory of one loop.
@@ -62,6 +65,7 @@ impl Default for Ackermann {
             pedal: 0.0,
             steer_rad: 0.0,
             last_mps: 0.0,
+            reverse: false,
         }
     }
 }
@@ -69,7 +73,8 @@ impl Default for Ackermann {
 impl Ackermann {
     /// With its gains, at the start of driving to a target.
     pub(crate) fn begun(&self, speed_mps: f32, road_wheel_rad: f32) -> Self {
-        Self { steer_rad: road_wheel_rad, last_mps: speed_mps, ..self.afresh() }
+        let reverse = speed_mps < -STANDSTILL_MPS;
+        Self { steer_rad: road_wheel_rad, last_mps: speed_mps, reverse, ..self.afresh() }
     }
 
     /// With its gains and without a past.
@@ -78,7 +83,7 @@ impl Ackermann {
     }
 
     /// Numbers that decide how it goes on.
-    pub(crate) fn values(&self) -> [f32; 6] {
+    pub(crate) fn values(&self) -> [f32; 7] {
         [
             self.wanted_mps2,
             self.pedal,
@@ -86,13 +91,15 @@ impl Ackermann {
             self.last_mps,
             self.speed.integral,
             self.acceleration.integral,
+            f32::from(u8::from(self.reverse)),
         ]
     }
 
     pub(crate) fn hash(&self, target: Option<AckermannControl>, hasher: &mut Hasher) {
-        let Self { gains, speed, acceleration, wanted_mps2, pedal, steer_rad, last_mps } = self;
+        let Self { gains, speed, acceleration, wanted_mps2, pedal, steer_rad, last_mps, reverse } =
+            self;
         hasher.value(&(gains, target, speed, acceleration));
-        hasher.value(&(wanted_mps2, pedal, steer_rad, last_mps));
+        hasher.value(&(wanted_mps2, pedal, steer_rad, last_mps, reverse));
     }
 
     /// The control for the next `dt_secs` on the way to a target.
@@ -115,15 +122,31 @@ impl Ackermann {
             (self.wanted_mps2, self.pedal) = (0.0, 0.0);
             return VehicleControl { brake: 1.0, ..control };
         }
-        let reverse = target.speed_mps < 0.0;
+        if speed_mps.abs() < STANDSTILL_MPS {
+            self.face(target.speed_mps < 0.0);
+        }
+        let reverse = self.reverse;
         let sign = if reverse { -1.0 } else { 1.0 };
-        self.press(target, sign * speed_mps, sign * acceleration_mps2, dt_secs);
+        // Whoever is to go the other way stops first, as with CARLA.
+        let goal_mps = (sign * target.speed_mps).max(0.0);
+        self.press(target, goal_mps, [sign * speed_mps, sign * acceleration_mps2], dt_secs);
         let (throttle, brake) = if self.pedal > COAST_SHARE {
             (self.pedal, 0.0)
         } else {
             (0.0, (-COAST_SHARE - self.pedal).max(0.0) / (1.0 - COAST_SHARE))
         };
         VehicleControl { throttle, brake, reverse, ..control }
+    }
+
+    /// Changes the direction of its gear; what slowed one way speeds up the other.
+    fn face(&mut self, reverse: bool) {
+        if self.reverse != reverse {
+            self.reverse = reverse;
+            self.wanted_mps2 = -self.wanted_mps2;
+            self.pedal = -self.pedal;
+            self.speed.mirror();
+            self.acceleration.mirror();
+        }
     }
 
     fn turn(&mut self, target: &AckermannControl, dt_secs: f32) {
@@ -133,8 +156,14 @@ impl Ackermann {
             if step_rad > 0.0 { change_rad.clamp(-step_rad, step_rad) } else { change_rad };
     }
 
-    /// Both loops, with speeds counted along the way that is wanted.
-    fn press(&mut self, target: &AckermannControl, along_mps: f32, along_mps2: f32, dt_secs: f32) {
+    /// Both loops; the goal, and how it moves, are counted along the direction of the gear.
+    fn press(
+        &mut self,
+        target: &AckermannControl,
+        goal_mps: f32,
+        [along_mps, along_mps2]: [f32; 2],
+        dt_secs: f32,
+    ) {
         let gains = self.gains;
         let limit_mps2 = target.acceleration_mps2.abs();
         let (highest, lowest) = if limit_mps2 > 0.0 {
@@ -142,7 +171,7 @@ impl Ackermann {
         } else {
             (ACCELERATION_MPS2_MAX, DECELERATION_MPS2_MAX)
         };
-        let speed_error = target.speed_mps.abs() - along_mps;
+        let speed_error = goal_mps - along_mps;
         let change =
             self.speed.step(speed_error, (gains.speed_kp, gains.speed_ki, gains.speed_kd), dt_secs);
         // Beyond what is left to gain, a wanted acceleration is only overshoot.
@@ -165,6 +194,10 @@ impl Ackermann {
 }
 
 impl Loop {
+    fn mirror(&mut self) {
+        *self = Self { integral: -self.integral, last_error: -self.last_error };
+    }
+
     fn step(&mut self, error: f32, (kp, ki, kd): (f32, f32, f32), dt_secs: f32) -> f32 {
         self.integral = (self.integral + error * dt_secs).clamp(-INTEGRAL_MAX, INTEGRAL_MAX);
         let slope = (error - self.last_error) / dt_secs * STEP_SECS;

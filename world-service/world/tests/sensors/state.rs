@@ -38,7 +38,9 @@ fn measurements_are_sensor_tick_apart_over_a_thousand_ticks() {
         sensor(world, "sensor.other.gnss", None, Pose::identity(), &attributes)
     };
     let sensors = [(every(&mut world, "0"), 1), (every(&mut world, "0.1"), 2)];
-    let sensors = [sensors[0], sensors[1], (every(&mut world, "0.12"), 3)];
+    let sensors = [sensors[0], sensors[1], (every(&mut world, "0.15"), 3)];
+    let between = every(&mut world, "0.12");
+    let mut told = 0;
     let camera = [("sensor_tick", "0.2")];
     let camera = sensor(&mut world, "sensor.camera.rgb", None, Pose::identity(), &camera);
     for tick in 1..=1_000u64 {
@@ -47,9 +49,11 @@ fn measurements_are_sensor_tick_apart_over_a_thousand_ticks() {
             let due = (tick - 1).is_multiple_of(apart);
             assert_eq!(data_of(&world, sensor).len(), usize::from(due), "{sensor} at {tick}");
         }
+        told += data_of(&world, between).len();
         let due: &[ActorId] = if (tick - 1).is_multiple_of(4) { &[camera] } else { &[] };
         assert_eq!(world.cameras_due(), due, "at {tick}");
     }
+    assert_eq!(told, 417, "49.95 s are 416 times 0.12 s");
 }
 
 #[test]
