@@ -307,6 +307,17 @@ def test_long_frames_give_one_scan_each(world):
     lidar.stop()
 
 
+def test_boxes_of_the_level_have_those_of_props(world):
+    blueprint = world.get_blueprint_library().find("static.prop.container")
+    prop = world.spawn_actor(blueprint, world.get_map().get_spawn_points()[5])
+    world.tick()
+    (box,) = [box for box in world.get_level_bbs() if box.actor_id == prop.id]
+    own = prop.bounding_box.get_world_vertices(prop.get_transform())
+    found = box.get_world_vertices(carla.Transform())
+    assert all(a.distance(b) < 0.01 for a, b in zip(own, found, strict=True))
+    prop.destroy()
+
+
 def test_boxes_of_the_level_have_those_of_vehicles_and_walkers(world):
     label = carla.CityObjectLabel
     assert not world.get_level_bbs(label.Car) and not world.get_level_bbs(label.Pedestrians)

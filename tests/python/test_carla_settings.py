@@ -56,6 +56,14 @@ def test_every_field_of_the_settings_comes_back(world):
         assert getattr(found, name) == pytest.approx(value), name
 
 
+def test_tiles_are_there_as_far_as_actors_are_active(world):
+    settings = world.get_settings()
+    settings.tile_stream_distance, settings.actor_active_distance = 1000.0, 1500.0
+    world.apply_settings(settings)
+    found = world.get_settings()
+    assert (found.tile_stream_distance, found.actor_active_distance) == (1500.0, 1500.0)
+
+
 def test_applying_settings_returns_a_frame_that_has_been(world):
     before = world.tick()
     assert world.apply_settings(world.get_settings()) >= before

@@ -45,6 +45,18 @@ def seen_before(world: carla.World, light: carla.TrafficLight):
     return camera, count
 
 
+def test_boxes_of_lights_in_the_level_are_those_of_their_lamps(world):
+    def corners(boxes):
+        return [(box.actor_id, round(box.location.x, 2), round(box.extent.z, 2)) for box in boxes]
+
+    lamps = [box for light in lights_of(world) for box in light.get_light_boxes()]
+    assert sorted(corners(world.get_level_bbs(LIGHT))) == sorted(corners(lamps))
+    objects = [one.bounding_box for one in world.get_environment_objects(LIGHT)]
+    assert sorted(corners(objects)) == sorted(corners(lamps))
+    of_signs = {box.actor_id for box in world.get_level_bbs(SIGN)}
+    assert of_signs and of_signs <= {one.id for one in world.get_actors().filter("traffic.*")}
+
+
 def test_a_destroyed_light_is_gone_for_everyone(world):
     light, *_ = lights_of(world)
     partner = next(one for one in light.get_group_traffic_lights() if one.id != light.id)

@@ -90,12 +90,14 @@ pub(super) fn boxes(endpoint: &mut Endpoint, id: ActorRef) -> Result<Vec<Boundin
     let landmarks = episode.map.landmarks();
     let position = landmarks.iter().position(|landmark| Some(landmark.id.as_str()) == signal);
     let posts = episode.map.posts().iter().filter(|post| Some(post.landmark) == position);
-    let housing = |post: &Post| {
-        let Transform { location, rotation } = Transform::of(&post.world_from_carried().cast());
-        let extent = Vector3D::size(post.carried_half_m.cast());
-        BoundingBox { location, extent, rotation, actor_id: id }
-    };
-    Ok(posts.map(housing).collect())
+    Ok(posts.map(|post| box_at_top(post, id)).collect())
+}
+
+/// The housing of lamps, or the board, that a post carries, in the world.
+pub(super) fn box_at_top(post: &Post, actor_id: ActorRef) -> BoundingBox {
+    let Transform { location, rotation } = Transform::of(&post.world_from_carried().cast());
+    let extent = Vector3D::size(post.carried_half_m.cast());
+    BoundingBox { location, extent, rotation, actor_id }
 }
 
 fn no_light(id: ActorRef) -> Refusal {

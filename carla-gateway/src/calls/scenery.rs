@@ -1,10 +1,11 @@
 //! What stands in the map: its boxes, and what of it is there.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use roads::Post;
-use schemas::{ActorKind, Command, Pose, SceneryCommand, Translation3, Vec3, limits};
+use schemas::{ActorKind, ActorState, Command, Pose, SceneryCommand, Translation3, Vec3, limits};
 
+use super::lights;
 use crate::dialect::{ActorRef, BoundingBox, EnvironmentObject, Transform, Vector3D};
 use crate::endpoint::Endpoint;
 use crate::episode::Episode;
@@ -73,7 +74,26 @@ pub(super) fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<Environmen
     };
     let loaded = objects.filter(is_there);
     let wanted = loaded.filter(|object| tag == ANY_TAG || object.label.number() == tag);
-    Ok(wanted.map(told).collect())
+    let at_tops = boxes_at_tops(episode);
+    let told = wanted.map(|object| {
+        let at_top = object.post.and_then(|place| at_tops.get(&place));
+        told(object, at_top.copied())
+    });
+    Ok(told.collect())
+}
+
+/// Boxes of what posts of lights and signs carry, by the places of the posts: the post itself is
+/// not part of a light, as in CARLA.
+fn boxes_at_tops(episode: &Episode) -> BTreeMap<u32, BoundingBox> {
+    let landmarks = episode.map.landmarks();
+    let actor = |state: &ActorState| Some((episode.signal(state.id)?, state.id.into()));
+    let actors: BTreeMap<&str, ActorRef> = episode.states().filter_map(actor).collect();
+    let posts = episode.map.posts_with_places().map(|(place, post)| {
+        let signal = landmarks.get(post.landmark).map(|landmark| landmark.id.as_str());
+        let actor = signal.and_then(|signal| actors.get(signal));
+        (place, lights::box_at_top(post, actor.copied().unwrap_or(ActorRef::NOBODY)))
+    });
+    posts.collect()
 }
 
 /// Places of the posts of lights and signs that were destroyed.
@@ -98,13 +118,15 @@ fn gone_posts(episode: &Episode) -> BTreeSet<u32> {
     posts.into_iter().filter(|(_, post)| is_gone(post)).map(|(place, _)| place).collect()
 }
 
-/// Vehicles and walkers that are in the world now: CARLA lists their boxes with those of the map.
+/// Vehicles, walkers and props that are in the world now: CARLA lists their boxes with those of the map.
 fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.known_episode()?;
     let in_world = episode.states().filter_map(|state| {
         let known = episode.actor(state.id)?;
         let is_wanted = tag == ANY_TAG || known.semantic_tags.contains(&tag);
-        if !is_wanted || !matches!(state.kind, ActorKind::Vehicle | ActorKind::Walker) {
+        let has_box =
+            matches!(state.kind, ActorKind::Vehicle | ActorKind::Walker | ActorKind::Prop);
+        if !is_wanted || !has_box {
             return None;
         }
         let BoundingBox { location, rotation, .. } = known.bounding_box;
@@ -116,19 +138,19 @@ fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>,
     Ok(in_world.collect())
 }
 
-fn told(object: &roads::EnvironmentObject) -> EnvironmentObject {
+fn told(object: &roads::EnvironmentObject, at_top: Option<BoundingBox>) -> EnvironmentObject {
     let pose: Pose = object.pose.cast();
     let half_m: Vec3 = object.half_extent_m.cast();
     let placed = Transform::of(&pose);
     let foot = pose * Translation3::new(0.0, 0.0, -half_m.z);
     EnvironmentObject {
         transform: Transform::of(&foot),
-        bounding_box: BoundingBox {
+        bounding_box: at_top.unwrap_or(BoundingBox {
             location: placed.location,
             extent: Vector3D::size(half_m),
             rotation: placed.rotation,
             actor_id: ActorRef::NOBODY,
-        },
+        }),
         id: object.id,
         name: object.name.clone(),
         tag: object.label.number(),

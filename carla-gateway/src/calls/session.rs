@@ -38,7 +38,10 @@ pub(super) async fn set_settings(endpoint: &mut Endpoint, settings: EpisodeSetti
         )));
     }
     endpoint.check_step(fixed)?;
-    endpoint.settle(EpisodeSettings { fixed_delta_seconds: Opt(fixed), ..settings });
+    // Nobody is active where no tiles are, as in CARLA.
+    let tile_stream_distance = settings.tile_stream_distance.max(settings.actor_active_distance);
+    let fixed_delta_seconds = Opt(fixed);
+    endpoint.settle(EpisodeSettings { fixed_delta_seconds, tile_stream_distance, ..settings });
     if fixed.is_some() {
         endpoint.begin_trial().await;
     }
