@@ -100,8 +100,10 @@ fn turned(
     wanted: &UnitQuaternion<f32>,
     dt_secs: f32,
 ) -> UnitQuaternion<f32> {
+    // Unlike spherical interpolation it is exact between directions that hardly differ.
     let between = |a: &UnitQuaternion<f32>, b: &UnitQuaternion<f32>, share: f32| {
-        a.try_slerp(b, share, 1.0e-6).unwrap_or(*b)
+        let nearer = if a.coords.dot(&b.coords) < 0.0 { -b.into_inner() } else { b.into_inner() };
+        UnitQuaternion::new_normalize(a.lerp(&UnitQuaternion::new_unchecked(nearer), share))
     };
     let (mut now, mut passed_secs) = (*was, 0.0);
     while dt_secs - passed_secs > REST_SECS {
