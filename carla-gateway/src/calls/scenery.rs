@@ -118,7 +118,8 @@ fn gone_posts(episode: &Episode) -> BTreeSet<u32> {
     posts.into_iter().filter(|(_, post)| is_gone(post)).map(|(place, _)| place).collect()
 }
 
-/// Vehicles, walkers and props that are in the world now: CARLA lists their boxes with those of the map.
+/// Vehicles, walkers and props that are in the world now: CARLA lists their boxes with those of the
+/// map.
 fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>, Refusal> {
     let episode = endpoint.known_episode()?;
     let in_world = episode.states().filter_map(|state| {
