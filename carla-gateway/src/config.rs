@@ -14,6 +14,7 @@ use worlds::Budget;
 use crate::allowance::Allowance;
 use crate::dialect::ClientVersion;
 use crate::guests::Allowed;
+use crate::latitudes::Latitudes;
 use crate::recorder::RecordingFolder;
 pub use endpoints::PortOfTenant;
 pub(crate) use endpoints::{EndpointConfig, Ports};
@@ -80,6 +81,10 @@ pub struct Args {
     /// made, or real ones
     #[arg(long, alias = "tyres", value_enum, default_value_t)]
     pub cars: Cars,
+    /// Which way the latitudes of sensor.other.gnss grow: to the south, as in CARLA 0.9.16, or to
+    /// the north, as before, for programs that drive by them
+    #[arg(long, value_enum, default_value_t)]
+    pub latitudes: Latitudes,
     /// Root of all randomness of new worlds
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
@@ -161,6 +166,7 @@ pub(crate) struct WorldConfig {
     pub(crate) map: String,
     pub(crate) seed: u64,
     pub(crate) cars: Cars,
+    pub(crate) latitudes: Latitudes,
     pub(crate) pacing: Pacing,
     pub(crate) after_replays: AfterReplays,
     /// Where recordings lie.
@@ -237,6 +243,7 @@ impl Config {
                 map: args.map.clone(),
                 seed: args.seed,
                 cars: args.cars,
+                latitudes: args.latitudes,
                 pacing,
                 after_replays: args.after_replays,
                 recordings: RecordingFolder::new(recordings.clone(), false),

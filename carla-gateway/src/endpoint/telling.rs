@@ -75,6 +75,9 @@ impl Endpoint {
                 frame_number: self.frame_number,
                 extra_gravity_mps2: self.imui_gravity_mps2 - GRAVITY_MPS2,
             };
+            let turned = self.config.latitudes.told(&episode.map, &datum.measurement);
+            let turned = turned.map(|measurement| SensorDatum { measurement, ..datum.clone() });
+            let datum = turned.as_ref().unwrap_or(datum);
             let payload = crate::sensors::encode(datum, &told, carrier, actor_of);
             if let Some(payload) = payload {
                 self.hub.publish(stream, payload, waits).await;

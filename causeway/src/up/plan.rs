@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::{BusAddress, Identity};
-use carla_gateway::{Allowed, Cars, PortOfTenant};
+use carla_gateway::{Allowed, Cars, Latitudes, PortOfTenant};
 use clap::builder::ArgPredicate;
 use render_service::Quality;
 use tenancy::Door;
@@ -100,6 +100,10 @@ pub(crate) struct Args {
     /// its programs and the corners of its maps are made for, or real ones.
     #[arg(long, alias = "tyres", value_enum, default_value_t)]
     cars: Cars,
+    /// Which way the latitudes of sensor.other.gnss grow: to the south, as in CARLA 0.9.16, or to
+    /// the north, as before, for programs that drive by them.
+    #[arg(long, value_enum, default_value_t)]
+    latitudes: Latitudes,
     /// When a replay of a recording is over, its vehicles drive on in traffic instead of standing.
     #[arg(long)]
     drive_after_replays: bool,
@@ -347,6 +351,7 @@ fn gateway(args: &Args, ports: &[PortOfTenant], bus: &BusAddress) -> Service {
         arguments.extend([OsString::from("--tokens"), path.clone().into_os_string()]);
     }
     arguments.extend(flag("--cars", args.cars.to_string()));
+    arguments.extend(flag("--latitudes", args.latitudes.to_string()));
     if args.drive_after_replays {
         arguments.extend(flag("--after-replays", "drive".to_owned()));
     }

@@ -16,6 +16,7 @@ use crate::config::{AfterReplays, Cars, Pacing, Ports, WorldConfig};
 use crate::dialect::ClientVersion;
 use crate::endpoint::Endpoint;
 use crate::figures::{StreamFigures, WorldFigures};
+use crate::latitudes::Latitudes;
 use crate::maps::Maps;
 use crate::recorder::RecordingFolder;
 use crate::site::{Later, Site};
@@ -76,6 +77,7 @@ impl Toy {
             map: "Town10HD".to_owned(),
             seed: 0,
             cars: Cars::Real,
+            latitudes: Latitudes::default(),
             pacing: Pacing {
                 period: std::time::Duration::from_secs(1),
                 sync_lease: None,
