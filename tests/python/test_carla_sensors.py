@@ -5,7 +5,7 @@ import math
 import carla
 import pytest
 
-from carla_site import attach, spawn_car, ticks
+from carla_site import attach, connect, spawn_car, ticks
 
 WAIT_SECS = 30.0
 
@@ -77,6 +77,29 @@ def test_gnss_tells_what_the_map_says_of_the_place(world):
     wanted = world.get_map().transform_to_geolocation(found.transform.location)
     assert found.latitude == pytest.approx(wanted.latitude, abs=1e-6)
     assert found.longitude == pytest.approx(wanted.longitude, abs=1e-6)
+    sensor.stop()
+
+
+def leaderboards_place(world_map: carla.Map, place: carla.Location) -> tuple[float, float]:
+    """Latitude and longitude as CARLA's leaderboard counts them from the map's origin."""
+    origin = world_map.transform_to_geolocation(carla.Location())
+    scaled_m = 6_378_137.0 * math.cos(math.radians(origin.latitude))
+    half = math.radians(90.0 + origin.latitude) / 2.0
+    north = math.log(math.tan(half)) - place.y / scaled_m
+    latitude = 2.0 * math.degrees(math.atan(math.exp(north))) - 90.0
+    return latitude, origin.longitude + math.degrees(place.x / scaled_m)
+
+
+def test_latitudes_grow_to_the_north_where_the_site_is_told_so(start_site):
+    site = start_site("--no-render", "--latitudes", "north")
+    world = connect(site.carla_port).get_world()
+    car = spawn_car(world)
+    sensor, measured = attach(world, car, "sensor.other.gnss")
+    found = measured.get(timeout=WAIT_SECS)
+    place = found.transform.location
+    assert abs(place.y) > 1.0
+    wanted = leaderboards_place(world.get_map(), place)
+    assert (found.latitude, found.longitude) == pytest.approx(wanted, abs=1e-7)
     sensor.stop()
 
 
