@@ -173,13 +173,23 @@ async fn open_apart(config: zenoh::Config) -> Result<zenoh::Session, String> {
     let (sender, receiver) = oneshot::channel();
     let open = move || {
         // Nobody receives when the caller has given up; then the session is closed again.
-        let _ = sender.send(zenoh::open(config).wait().map_err(|cause| cause.to_string()));
+        let _ = sender.send(zenoh::open(config).wait().map_err(|cause| said(&cause.to_string())));
     };
     std::thread::Builder::new()
         .name("bus-open".to_owned())
         .spawn(open)
         .map_err(|cause| cause.to_string())?;
     receiver.await.unwrap_or_else(|_| Err("opening it panicked".to_owned()))
+}
+
+/// What the transport says, without the place in its source that it ends with.
+fn said(cause: &str) -> String {
+    let is_place = |rest: &str| {
+        let (file, line) = rest.trim_end_matches('.').rsplit_once(':').unwrap_or_default();
+        file.ends_with(".rs") && line.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    let text = cause.rsplit_once(" at ").filter(|(_, rest)| is_place(rest));
+    text.map_or(cause, |(text, _)| text).trim_end_matches(['!', '.', ' ']).to_owned()
 }
 
 /// Finds the address that cannot be taken, which the transport's text does not name reliably.
@@ -190,4 +200,17 @@ fn why_not_opened(config: BusConfig, cause: String) -> BusError {
         }
     }
     BusError::Connect { addresses: config.connect, cause }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::said;
+
+    #[test]
+    fn what_the_transport_says_names_no_place_in_its_source() {
+        let cause = "Unable to connect to any of [Single(tcp/router:7460)]!  at \
+                     /home/of/somebody/zenoh-1.10.2/src/net/runtime/orchestrator.rs:447.";
+        assert_eq!(said(cause), "Unable to connect to any of [Single(tcp/router:7460)]");
+        assert_eq!(said("nobody is at home"), "nobody is at home");
+    }
 }

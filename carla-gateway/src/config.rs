@@ -23,6 +23,8 @@ pub(crate) use endpoints::{EndpointConfig, Ports};
 const FPS: f64 = 30.0;
 /// Most ticks per second in asynchronous mode.
 const FPS_MAX: f64 = 1_000.0;
+/// Longest wait for a client that does not tick.
+const LEASE_SECS_MAX: f64 = 86_400.0;
 
 /// Ticks per second of an endpoint in asynchronous mode, as typed.
 ///
@@ -31,6 +33,15 @@ const FPS_MAX: f64 = 1_000.0;
 pub fn ticks_per_second(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|fps| *fps > 0.0 && *fps <= FPS_MAX);
     number.ok_or_else(|| format!("wanted a number above 0 and at most {FPS_MAX}"))
+}
+
+/// How long a client that does not tick is waited for, as typed.
+///
+/// # Errors
+/// What was wanted instead.
+pub fn lease_secs(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|secs| *secs > 0.0 && *secs <= LEASE_SECS_MAX);
+    number.ok_or_else(|| format!("wanted seconds above 0 and at most {LEASE_SECS_MAX}"))
 }
 
 /// Lets clients of CARLA 0.9.16 and 0.10.0 drive worlds.
@@ -71,11 +82,11 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = FPS, value_parser = ticks_per_second)]
     pub fps: f64,
     /// Leaves synchronous mode when nobody ticked for so long [default: never, as CARLA]
-    #[arg(long, value_name = "SECS")]
+    #[arg(long, value_name = "SECS", value_parser = lease_secs)]
     pub sync_lease: Option<f64>,
     /// Clients in synchronous mode tick together: the world advances when each that ticks has
     /// asked, and waits so long for one that does not [default: each tick counts, as in CARLA]
-    #[arg(long, value_name = "SECS")]
+    #[arg(long, value_name = "SECS", value_parser = lease_secs)]
     pub share_clock: Option<f64>,
     /// Cars that clients spawn: CARLA's, for which its programs and the corners of its maps are
     /// made, or real ones
@@ -217,17 +228,17 @@ impl Config {
     /// [`ConfigError`] names the first setting that cannot work.
     pub fn resolve(args: &Args) -> Result<Self, ConfigError> {
         let wrong = |setting, why: String| ConfigError { setting, why };
-        let lease = |setting, secs: Option<f64>| {
-            let lease = secs.map(Duration::try_from_secs_f64).transpose();
-            lease.map_err(|why| wrong(setting, why.to_string()))
-        };
         let pacing = Pacing {
             period: Duration::from_secs_f64(1.0 / args.fps),
-            sync_lease: lease("sync-lease", args.sync_lease)?,
-            clock_lease: lease("share-clock", args.share_clock)?,
+            sync_lease: args.sync_lease.map(Duration::from_secs_f64),
+            clock_lease: args.share_clock.map(Duration::from_secs_f64),
         };
         let recordings = std::path::absolute(&args.recordings);
         let recordings = recordings.map_err(|why| wrong("recordings", why.to_string()))?;
+        if let Some(at) = recordings.ancestors().find(|at| at.exists()).filter(|at| !at.is_dir()) {
+            let why = format!("no folder can be made there, as a file is in the way: {at:?}");
+            return Err(wrong("recordings", why));
+        }
         let endpoints =
             endpoints::endpoints(&args.port, &args.stream_port, &args.allow, &args.tenant)?;
         Ok(Self {
@@ -268,5 +279,33 @@ impl Config {
         let recordings =
             RecordingFolder::new(self.recordings.join(tenant.as_str()), self.takes_paths);
         WorldConfig { version, recordings, allowance, ..self.world.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn a_lease_is_a_time_that_can_be_waited_for() {
+        assert_eq!(lease_secs("0.5"), Ok(0.5));
+        for wrong in ["nan", "inf", "-1", "0", "1e18", "soon"] {
+            assert!(lease_secs(wrong).unwrap_err().contains("at most 86400"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_file_in_the_place_of_the_recordings_is_refused_by_name() {
+        let line = ["gateway", "--recordings", "/dev/null/below"];
+        let refused = Config::resolve(&Line::parse_from(line).args).unwrap_err().to_string();
+        assert!(refused.contains("--recordings") && refused.contains("/dev/null"), "{refused}");
     }
 }

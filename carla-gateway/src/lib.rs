@@ -45,7 +45,7 @@ mod wheels;
 mod whereabouts;
 
 pub use app::{RunError, run};
-pub use config::{Args, Cars, Config, ConfigError, PortOfTenant, ticks_per_second};
+pub use config::{Args, Cars, Config, ConfigError, PortOfTenant, lease_secs, ticks_per_second};
 pub use dialect::ClientVersion;
 pub use guests::Allowed;
 pub use latitudes::Latitudes;

@@ -163,6 +163,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_negative_number_is_refused_by_what_was_wanted() {
+        let command = crate::environment::with_values(Cli::command());
+        let refusal = |line: &str| {
+            let words = line.split_whitespace();
+            command.clone().try_get_matches_from(words).unwrap_err().to_string()
+        };
+        let said = refusal("causeway up --fps -1");
+        assert!(said.contains("wanted a number above 0 and at most 1000"), "{said}");
+        let said = refusal("causeway bench pictures --secs -2");
+        assert!(said.contains("invalid value '-2' for '--secs <N>'"), "{said}");
+    }
+
+    #[test]
     fn no_two_flags_of_a_command_clash() {
         Cli::command().debug_assert();
     }

@@ -15,6 +15,7 @@ mod lifeline;
 mod log_pace;
 mod logging;
 mod map;
+mod numbers;
 mod open_files;
 mod outlet;
 mod python;
@@ -30,7 +31,7 @@ use clap::{CommandFactory as _, FromArgMatches as _};
 
 fn main() -> ExitCode {
     carla_flags::take_name(std::env::args_os());
-    let command = environment::without_empty(cli::Cli::command());
+    let command = environment::with_values(cli::Cli::command());
     let line = carla_flags::translated(std::env::args_os(), &command);
     let given = command.get_matches_from(line);
     let cli = cli::Cli::from_arg_matches(&given).unwrap_or_else(|wrong| wrong.exit());

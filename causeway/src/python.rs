@@ -24,7 +24,8 @@ module = sys.argv.pop(1)
 try:
     found = importlib.util.find_spec(module)
 except ModuleNotFoundError as error:
-    if error.name != "causeway":
+    # A folder that is named like the package counts as one, without its modules.
+    if error.name.split(".")[0] != "causeway":
         raise
     found = None
 if found is None:

@@ -57,13 +57,34 @@ fn a_python_without_the_package_is_named() {
     std::fs::create_dir_all(folder.join("causeway")).unwrap();
     std::fs::write(&python, "#!/bin/sh\nexec python3 -S -E \"$@\"\n").unwrap();
     std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
-    command.args(["evaluate", "--help"]).env("CAUSEWAY_PYTHON", &python);
-    let output = command.current_dir(&folder).output().unwrap();
+    for word in ["evaluate", "evaluate-dilemmas"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
+        command.args([word, "--help"]).env("CAUSEWAY_PYTHON", &python);
+        let output = command.current_dir(&folder).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        let module = word.replace('-', ".");
+        let wanted = format!("has no module causeway.{module}: install agents/python");
+        assert!(said.contains(&wanted), "{said}");
+    }
     std::fs::remove_dir_all(&folder).unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("has no module causeway.evaluate: install agents/python"), "{said}");
+}
+
+/// Of what a service would refuse, as it would be started again for ever.
+#[test]
+fn a_site_with_a_setting_that_no_service_takes_does_not_start() {
+    for (setting, wanted) in [
+        (&["--threads", "100000"][..], "wanted 1 to 256"),
+        (&["--share-clock", "nan"], "wanted seconds above 0 and at most 86400"),
+        (&["--fps", "-1"], "wanted a number above 0 and at most 1000"),
+        (&["--allow", "2000=10.0.3.0/24"], "no endpoint has the port 2000"),
+    ] {
+        let ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--carla", "0"];
+        let output = causeway(&[&["up", "--no-render"], &ports[..], setting].concat());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(wanted), "{said}");
+    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Goal: `causeway record verify` ends with 0 for a log that is whole, and names the place of one
-//! that is not.
+//! that is not; who is not in a recording is not shown.
 
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
@@ -21,8 +21,13 @@ impl Log {
 
     /// The exit code of a check, and what it says.
     fn verified(&self) -> (Option<i32>, String) {
+        self.asked(&["verify"])
+    }
+
+    /// The same of any question.
+    fn asked(&self, words: &[&str]) -> (Option<i32>, String) {
         let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
-        let output = command.args(["record", "verify"]).arg(&self.0).output().unwrap();
+        let output = command.arg("record").args(words).arg(&self.0).output().unwrap();
         let said = [output.stdout, output.stderr].concat();
         (output.status.code(), String::from_utf8_lossy(&said).into_owned())
     }
@@ -87,4 +92,31 @@ fn a_log_that_is_cut_is_named_with_its_last_frame() {
     let (code, said) = Log::new("cut", &log).verified();
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("1 frames") && said.contains("the file ends within a frame"), "{said}");
+}
+
+#[test]
+fn an_ego_that_is_in_no_frame_is_refused_and_no_file_is_left() {
+    let log = Log::new("ego", &standing_car());
+    for (word, ending) in [("export", "mcap"), ("page", "html")] {
+        let to = log.0.with_extension(ending);
+        let (code, said) = log.asked(&[word, "--ego", "25", "--to", to.to_str().unwrap()]);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("as --ego, found 25"), "{said}");
+        assert!(!to.exists());
+        let (code, said) = log.asked(&[word, "--ego", "24", "--to", to.to_str().unwrap()]);
+        assert_eq!(code, Some(0), "{said}");
+        std::fs::remove_file(to).unwrap();
+    }
+}
+
+#[test]
+fn times_and_distances_that_are_none_are_refused() {
+    let log = Log::new("blocked", &standing_car());
+    for flag in ["--time", "--distance"] {
+        for wrong in ["nan", "-5"] {
+            let (code, said) = log.asked(&["blocked", flag, wrong]);
+            assert_eq!(code, Some(2), "{said}");
+            assert!(said.contains("wanted a number from 0 on"), "{said}");
+        }
+    }
 }

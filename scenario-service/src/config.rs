@@ -42,7 +42,8 @@ pub struct Args {
     #[arg(long, env = "CAUSEWAY_OPEN", value_parser = clap::builder::FalseyValueParser::new())]
     pub open: bool,
     /// Sessions at once.
-    #[arg(long, env = "MAX_CONCURRENT_ENVS", default_value_t = limits::SESSIONS_MAX)]
+    #[arg(long, env = "MAX_CONCURRENT_ENVS", default_value_t = limits::SESSIONS_MAX,
+        value_name = "N")]
     pub sessions_max: u32,
     /// Scenario of sessions that name none.
     #[arg(long, env = "CARLA_SCENARIO", default_value = "trolley_saves", value_name = "NAME")]
@@ -62,7 +63,8 @@ pub struct Args {
     pub web_interface: bool,
     /// Web pages of others that may use the face, e.g. `https://example.com`, whose name may also
     /// be its own; pages of localhost always may.
-    #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN")]
+    #[arg(long, env = "CAUSEWAY_ALLOW_ORIGIN", value_delimiter = ',', value_name = "ORIGIN",
+        value_parser = origin)]
     pub allow_origin: Vec<String>,
     /// Memory to make worlds again whose world service is gone; 0: their episodes end.
     #[arg(long, env = "CAUSEWAY_RECOVERY_MIB", default_value_t = limits::RECOVERY_MIB,
@@ -127,6 +129,17 @@ fn is_on(text: &str) -> Result<bool, String> {
         "true" | "1" | "yes" | "on" => Ok(true),
         "" | "false" | "0" | "no" | "off" => Ok(false),
         _ => Err("wanted true, 1, yes or on, or false, 0, no or off".to_owned()),
+    }
+}
+
+/// An origin as browsers send it.
+fn origin(text: &str) -> Result<String, String> {
+    let host = text.split_once("://").map(|(_, host)| host);
+    // A page of a file has the origin `null`.
+    if text == "null" || host.is_some_and(|host| !host.is_empty() && !host.contains('/')) {
+        Ok(text.to_owned())
+    } else {
+        Err("wanted a scheme and a host, e.g. https://example.com".to_owned())
     }
 }
 
@@ -214,6 +227,16 @@ mod tests {
         }
         assert_eq!(is_on(""), Ok(false), "a variable that is set to nothing");
         assert!(is_on("maybe").unwrap_err().contains("wanted true"));
+    }
+
+    #[test]
+    fn an_origin_is_a_scheme_and_a_host_as_browsers_send_it() {
+        for right in ["https://example.com", "http://localhost:3000", "http://[::1]:80", "null"] {
+            assert_eq!(origin(right).unwrap(), right);
+        }
+        for wrong in ["example.com", "https://example.com/", "http://", "*"] {
+            assert!(origin(wrong).unwrap_err().contains("https://example.com"), "{wrong}");
+        }
     }
 
     #[test]

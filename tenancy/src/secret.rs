@@ -85,6 +85,7 @@ impl fmt::Display for Hash {
 /// What was wanted instead.
 pub fn expiry(text: &str) -> Result<String, String> {
     match text.parse::<jiff::Timestamp>() {
+        Ok(time) if time <= jiff::Timestamp::now() => Err("wanted a time to come".to_owned()),
         Ok(time) => Ok(time.to_string()),
         Err(_) => Err("wanted a time with an offset, e.g. 2027-01-01T00:00:00Z".to_owned()),
     }
@@ -150,7 +151,8 @@ mod tests {
 
     #[test]
     fn an_expiry_is_a_time_that_is_the_same_everywhere() {
-        assert_eq!(expiry("2027-01-01T01:00:00+01:00").unwrap(), "2027-01-01T00:00:00Z");
+        assert_eq!(expiry("2999-01-01T01:00:00+01:00").unwrap(), "2999-01-01T00:00:00Z");
+        assert_eq!(expiry("2020-01-01T00:00:00Z").unwrap_err(), "wanted a time to come");
         for wrong in ["", "tomorrow", "2027-01-01", "2027-01-01T00:00:00"] {
             assert!(expiry(wrong).is_err(), "{wrong}");
         }

@@ -22,7 +22,7 @@ pub struct Args {
     #[arg(long, default_value_t = bus::unused_id(ServiceKind::World), hide_default_value = true)]
     pub id: ServiceId,
     /// Threads that step worlds [default: one per core]
-    #[arg(long)]
+    #[arg(long, value_name = "N", value_parser = thread_count)]
     pub threads: Option<NonZeroUsize>,
     /// Folder of OpenDRIVE files (.xodr); one with the name of a built-in map replaces it
     #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
@@ -32,10 +32,11 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pub journals: Option<PathBuf>,
     /// Size of a journal, in MiB; a longer one ends there
-    #[arg(long, value_name = "MIB", default_value_t = 4_096)]
+    #[arg(long, value_name = "MIB", default_value_t = 4_096,
+        value_parser = clap::value_parser!(u32).range(1..))]
     pub journal_mib: u32,
     /// Worlds at once
-    #[arg(long, default_value_t = limits::WORLDS_PER_SERVICE_MAX)]
+    #[arg(long, value_name = "N", default_value_t = limits::WORLDS_PER_SERVICE_MAX)]
     pub worlds_max: usize,
 }
 
@@ -81,14 +82,6 @@ pub enum ConfigError {
         /// As typed.
         found: usize,
     },
-    /// More threads than worlds can keep busy.
-    #[error("--threads must be 1 to {max}, not {found}")]
-    Threads {
-        /// The limit.
-        max: usize,
-        /// As typed.
-        found: usize,
-    },
     /// No folder there.
     #[error("--maps {path:?} is not a folder that can be read")]
     Maps {
@@ -108,6 +101,15 @@ pub enum ConfigError {
 /// Shard threads of one service.
 const THREADS_MAX: usize = 256;
 
+/// How many threads step worlds, as typed.
+///
+/// # Errors
+/// None, or more than worlds can keep busy.
+pub fn thread_count(text: &str) -> Result<NonZeroUsize, String> {
+    let count = text.parse().ok().filter(|count: &NonZeroUsize| count.get() <= THREADS_MAX);
+    count.ok_or_else(|| format!("wanted 1 to {THREADS_MAX}"))
+}
+
 impl Config {
     /// Checks what was typed and fills in defaults; without any address it listens on the
     /// loopback.
@@ -124,9 +126,6 @@ impl Config {
         }
         let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let shard_count = args.threads.unwrap_or(cores);
-        if shard_count.get() > THREADS_MAX {
-            return Err(ConfigError::Threads { max: THREADS_MAX, found: shard_count.get() });
-        }
         if let Some(path) = args.maps.as_ref().filter(|path| !path.is_dir()) {
             return Err(ConfigError::Maps { path: path.clone() });
         }
@@ -182,9 +181,16 @@ mod tests {
     fn what_cannot_work_is_refused_by_name() {
         let refusal = |line: &[&str]| resolve(line).unwrap_err().to_string();
         assert!(refusal(&["--worlds-max", "0"]).contains("--worlds-max"));
-        assert!(refusal(&["--threads", "100000"]).contains("--threads"));
         assert!(refusal(&["--maps", "/nowhere/at/all"]).contains("--maps"));
         assert!(refusal(&["--journals", "/dev/null/below"]).contains("--journals"));
+    }
+
+    #[test]
+    fn threads_are_one_or_more_and_not_thousands() {
+        assert_eq!(thread_count("256").unwrap().get(), 256);
+        for wrong in ["0", "-3", "257", "many"] {
+            assert_eq!(thread_count(wrong).unwrap_err(), "wanted 1 to 256");
+        }
     }
 
     #[test]

@@ -22,6 +22,6 @@ pub mod service;
 mod simulation;
 
 pub use app::{ServiceError, WorldService, run, start};
-pub use args::{Args, Config, ConfigError, Journals};
+pub use args::{Args, Config, ConfigError, Journals, thread_count};
 pub use map_files::{map_files, read_map_file};
 pub use world::texture;

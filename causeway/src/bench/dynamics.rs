@@ -20,6 +20,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), ReportError> {
+    folder::make(&args.out)?;
     let report = manoeuvres::report().map_err(ReportError::Driving)?;
     let plots = report.plots.iter().map(|(name, svg)| (*name, svg.as_str()));
     let texts = [(TABLE, report.text.as_str()), (RUNS, report.runs.as_str())];

@@ -18,16 +18,24 @@ pub(crate) enum ReportError {
     },
 }
 
-/// Writes files by name and content; makes the folder if it is not there.
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+    let path = path.to_path_buf();
+    move |cause| ReportError::Write { path, cause }
+}
+
+/// Makes the folder if it is not there, before anything is driven for it.
+///
+/// # Errors
+/// What the system says.
+pub(crate) fn make(out: &Path) -> Result<(), ReportError> {
+    std::fs::create_dir_all(out).map_err(failed(out))
+}
+
+/// Writes files by name and content.
 ///
 /// # Errors
 /// What the system says.
 pub(crate) fn write(out: &Path, files: &[(&str, &str)]) -> Result<(), ReportError> {
-    let failed = |path: &Path| {
-        let path = path.to_path_buf();
-        move |cause| ReportError::Write { path, cause }
-    };
-    std::fs::create_dir_all(out).map_err(failed(out))?;
     for (name, content) in files {
         let path = out.join(name);
         std::fs::write(&path, content).map_err(failed(&path))?;

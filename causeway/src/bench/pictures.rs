@@ -21,7 +21,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
     adapter: String,
     /// How long each row is measured, in seconds.
-    #[arg(long, value_name = "N", default_value_t = 2.0)]
+    #[arg(long, value_name = "N", default_value_t = 2.0, value_parser = crate::numbers::seconds)]
     secs: f64,
     /// Cars and people in the street, as many of each.
     #[arg(long, value_name = "N", default_value_t = 12)]

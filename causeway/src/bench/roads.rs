@@ -14,10 +14,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR", env = "CAUSEWAY_MAPS")]
     maps: Option<PathBuf>,
     /// Cars on each map, as far as there is room.
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    #[arg(long, value_name = "N", default_value_t = 20,
+        value_parser = clap::value_parser!(u32).range(1..))]
     cars: u32,
     /// Simulated minutes for each row.
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10,
+        value_parser = clap::value_parser!(u32).range(1..))]
     minutes: u32,
     /// Who drives: traffic, agents, routes, pilots or riders; all of them if none is named.
     #[arg(long, value_name = "WHO", value_delimiter = ',', value_parser = drivers)]

@@ -17,6 +17,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), ReportError> {
+    folder::make(&args.out)?;
     let report = manoeuvres::traffic().map_err(ReportError::Driving)?;
     let plots = report.plots.iter().map(|(name, svg)| (*name, svg.as_str()));
     let files: Vec<_> = [(TABLE, report.text.as_str())].into_iter().chain(plots).collect();

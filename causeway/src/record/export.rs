@@ -14,7 +14,7 @@ use world_service::journal::{Moment, Reader as JournalReader, Replay, Step};
 
 use super::RecordError;
 use super::piece::NewFile;
-use super::played::{described_at, is_ego, map_of_log, parsed, replay_at, roles};
+use super::played::{described_at, is_ego, map_of_log, no_ego, parsed, replay_at, roles};
 use super::progress::Progress;
 use super::rebuilt::Rebuilt;
 use super::source::{Opened, of, open};
@@ -85,6 +85,8 @@ enum Naming {
 struct Out {
     file: Exporter<NewFile>,
     studio: Option<Studio>,
+    /// Whether the ego that was asked for is somewhere in it.
+    has_ego: bool,
 }
 
 /// # Errors
@@ -231,7 +233,7 @@ impl Export {
         };
         let sink = NewFile::create(&self.to)?;
         let file = Exporter::begin(sink, map, about).map_err(|cause| self.refused(cause))?;
-        Ok(Out { file, studio })
+        Ok(Out { file, studio, has_ego: self.ego.is_none() })
     }
 
     fn studio(
@@ -252,6 +254,7 @@ impl Export {
     }
 
     fn put(&self, out: &mut Out, frame: &SharedFrame) -> Result<(), RecordError> {
+        out.has_ego |= self.ego().is_some_and(|ego| frame.actor(ego).is_some());
         let file = &mut out.file;
         file.frame(frame).map_err(|cause| self.refused(cause))?;
         let Some(studio) = &mut out.studio else { return Ok(()) };
@@ -313,6 +316,9 @@ impl Export {
             path: self.file.clone(),
             why: format!("wanted frames from {} s to {} s, found none", self.from, self.until),
         })?;
+        if let Some(ego) = self.ego.filter(|_| !out.has_ego) {
+            return Err(no_ego(&self.file, ego));
+        }
         let frames = out.file.frames();
         out.file.finish().map_err(|cause| self.refused(cause))?.keep()?;
         println!("{}: {frames} frames of {}", self.to.display(), self.file.display());

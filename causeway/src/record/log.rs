@@ -13,6 +13,7 @@ use super::played::heroes_of;
 use super::source::{Opened, open};
 use super::translated::Translated;
 use super::{RecordError, journal};
+use crate::numbers;
 
 /// What a recording is about.
 #[derive(Clone, Debug, clap::Args)]
@@ -41,10 +42,10 @@ pub(crate) enum Question {
         /// Its file
         file: PathBuf,
         /// For at least so many seconds
-        #[arg(long, value_name = "SECS", default_value_t = 30.0)]
+        #[arg(long, value_name = "SECS", default_value_t = 30.0, value_parser = numbers::from_zero)]
         time: f64,
         /// Within so many centimetres
-        #[arg(long, value_name = "CM", default_value_t = 100.0)]
+        #[arg(long, value_name = "CM", default_value_t = 100.0, value_parser = numbers::from_zero)]
         distance: f64,
     },
 }

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use replay_page::{About, Page, Step as EpisodeStep};
 use schemas::wire::decode_frame;
-use schemas::{ActorId, Tick};
+use schemas::{ActorId, Frame, Tick};
 use world_service::journal::{Reader as JournalReader, Step};
 
 use super::RecordError;
 use super::piece::NewFile;
-use super::played::{described_at, is_ego, map_of_log, parsed, roles};
+use super::played::{described_at, is_ego, map_of_log, no_ego, parsed, roles};
 use super::rebuilt::Rebuilt;
 use super::source::{Opened, file, of, open};
 
@@ -53,6 +53,7 @@ pub(super) fn page(order: &ReplayPage) -> Result<(), RecordError> {
             let map = map_of_log(&order.file, &reader.header().map, order.map.as_deref())?;
             let mut rebuilt = Rebuilt::new(&order.file, reader, &map);
             let mut page = None;
+            let mut has_ego = order.ego.is_none();
             while let Some(frame) = rebuilt.next()? {
                 if frame.sim_secs > order.until {
                     break;
@@ -64,9 +65,10 @@ pub(super) fn page(order: &ReplayPage) -> Result<(), RecordError> {
                     let ego = order.ego().or(rebuilt.hero());
                     Page::new(&map, About { ego, ..order.about() })
                 });
+                has_ego |= order.is_ego_in(&frame);
                 page.frame(&frame).map_err(|cause| order.unfit(&cause))?;
             }
-            order.write(page)
+            order.write(page, has_ego)
         }
     }
 }
@@ -84,18 +86,25 @@ fn of_journal(
     let hero = || described.iter().find(|actor| is_ego(actor)).map(|ego| ego.id);
     let about = About { ego: order.ego().or_else(hero), roles: roles(&described), ..order.about() };
     let mut page = Page::new(&map, about);
+    let mut has_ego = order.ego.is_none();
     for tick in begin..=last.0 {
         let steps = reader.steps_to(Tick(tick)).map_err(of(&order.file))?;
         let Some(Step::Tick(entry)) = steps.last() else { continue };
         let frame = decode_frame(&entry.frame.0).map_err(RecordError::Refused)?;
+        has_ego |= order.is_ego_in(&frame);
         page.frame(&frame).map_err(|cause| order.unfit(&cause))?;
     }
-    order.write(Some(page))
+    order.write(Some(page), has_ego)
 }
 
 impl ReplayPage {
     fn ego(&self) -> Option<ActorId> {
         self.ego.and_then(ActorId::new)
+    }
+
+    /// Whether the ego that was asked for is there.
+    fn is_ego_in(&self, frame: &Frame) -> bool {
+        self.ego().is_some_and(|ego| frame.actor(ego).is_some())
     }
 
     fn about(&self) -> About {
@@ -111,11 +120,14 @@ impl ReplayPage {
         RecordError::Unfit { path: self.file.clone(), why: cause.to_string() }
     }
 
-    fn write(&self, page: Option<Page<'_>>) -> Result<(), RecordError> {
+    fn write(&self, page: Option<Page<'_>>, has_ego: bool) -> Result<(), RecordError> {
         let page = page.filter(|page| page.frames() > 0).ok_or_else(|| {
             let (from, until) = (self.from, self.until);
             self.unfit(&format!("wanted frames from {from} s to {until} s, found none"))
         })?;
+        if let Some(ego) = self.ego.filter(|_| !has_ego) {
+            return Err(no_ego(&self.file, ego));
+        }
         let steps = self.steps.as_deref().map_or_else(|| Ok(Vec::new()), read_steps)?;
         let frames = page.frames();
         let mut out = NewFile::create(&self.to)?;

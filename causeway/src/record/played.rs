@@ -12,6 +12,12 @@ use world_service::journal::{Reader as JournalReader, Replay};
 use super::RecordError;
 use super::source::of;
 
+/// An ego that no frame knows.
+pub(super) fn no_ego(path: &Path, ego: u32) -> RecordError {
+    let why = format!("wanted an actor of these frames as --ego, found {ego}, who is in none");
+    RecordError::Unfit { path: path.to_owned(), why }
+}
+
 /// Roles by which clients name the vehicle that an episode is about.
 pub(super) const EGO_ROLES: [&str; 3] = ["hero", "ego", "ego_vehicle"];
 

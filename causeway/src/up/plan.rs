@@ -59,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long, env = "CAUSEWAY_RECORDINGS", value_name = "DIR")]
     recordings: Option<PathBuf>,
     /// Threads that advance worlds [default: one per core].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = world_service::thread_count)]
     threads: Option<NonZeroUsize>,
     /// Where clients of CARLA connect, each port a world of its own, for clients of 0.9.16, or of
     /// 0.10.0 as in 2000@0.10, and of a tenant if that is named; port 0 takes any free one.
@@ -94,7 +94,7 @@ pub(crate) struct Args {
     fps: Option<f64>,
     /// Clients of a CARLA endpoint in synchronous mode tick together: its world advances when each
     /// that ticks has asked, and waits so long for one that does not [default: each tick counts]
-    #[arg(long, value_name = "SECS")]
+    #[arg(long, value_name = "SECS", value_parser = carla_gateway::lease_secs)]
     share_clock: Option<f64>,
     /// Cars that clients of CARLA endpoints spawn: CARLA's (its tyres, steering and engines), which
     /// its programs and the corners of its maps are made for, or real ones.
@@ -166,6 +166,9 @@ pub(crate) enum PlanError {
         "--carla: port {0} is wanted twice: each endpoint takes two, --carla-stream names the second"
     )]
     PortTwice(u16),
+    /// Guests of an endpoint that there is not.
+    #[error("--allow: no endpoint has the port {0}; --carla names their ports")]
+    Allow(u16),
     /// CARLA's clients would find no world.
     #[error("--carla-map: there is no map {name:?}; wanted one of: {known}")]
     NoMap {
@@ -247,6 +250,10 @@ impl Plan {
         let all = carla.iter().map(|at| at.port).chain(streams.iter().copied());
         if let Some(port) = all.into_iter().find(|port| !taken.insert(*port)) {
             return Err(PlanError::PortTwice(port));
+        }
+        let is_open = |rule: &&Allowed| carla.iter().any(|at| at.port == rule.port);
+        if let Some(rule) = args.allow.iter().find(|rule| !is_open(rule)) {
+            return Err(PlanError::Allow(rule.port));
         }
         if !args.carla_stream.is_empty() {
             args.carla_stream = streams;

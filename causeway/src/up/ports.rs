@@ -61,7 +61,8 @@ type Refused = (u16, io::Error);
 
 fn bind_pair(host: IpAddr, port: u16, streams: Option<u16>) -> Result<(u16, u16), Refused> {
     let (calls, _held) = bind(host, port)?;
-    let next = || calls.checked_add(1).ok_or_else(|| (calls, io::ErrorKind::AddrInUse.into()));
+    let none = || (calls, io::Error::other("streams have the port after it, and there is none"));
+    let next = || calls.checked_add(1).ok_or_else(none);
     let (streams, _) = bind(host, streams.map_or_else(next, Ok)?)?;
     Ok((calls, streams))
 }
@@ -153,6 +154,8 @@ mod tests {
         assert_eq!(streams, calls + 1);
         let (calls, streams) = free_carla(host, calls, Some(0)).unwrap();
         assert!(streams != 0 && streams != calls);
+        let refusal = free_carla(host, u16::MAX, None).unwrap_err().to_string();
+        assert!(refusal.contains("the port after it, and there is none"), "{refusal}");
         let holder = TcpListener::bind((host, 0)).unwrap();
         let taken = holder.local_addr().unwrap().port();
         let refusal = free_carla(host, 0, Some(taken)).unwrap_err().to_string();
