@@ -99,3 +99,10 @@ async fn who_listens_is_told_what_the_session_of_the_web_interface_does() {
         assert_eq!((&told["is_reset"], &told["action_logs"]), (&json!(true), &json!([])));
     }
 }
+
+#[test]
+fn the_page_offers_every_scenario_that_has_a_name() {
+    let page = crate::openenv::docs::INDEX;
+    let options = page.split("<option>").skip(1).filter_map(|rest| rest.split('<').next());
+    assert_eq!(options.collect::<Vec<_>>(), crate::scenario::registry::NAMED);
+}
