@@ -34,6 +34,13 @@ pub struct Allowed {
     pub(crate) network: IpNetwork,
 }
 
+impl Allowed {
+    /// Of the endpoint.
+    pub fn port(&self) -> u16 {
+        self.port
+    }
+}
+
 impl FromStr for Allowed {
     type Err = String;
 

@@ -6,7 +6,10 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::watched::Watched;
-use crate::{bench, health, lifeline, logging, map, open_files, python, record, router, token, up};
+use crate::{
+    bench, health, lifeline, logging, map, no_display, open_files, python, record, router, token,
+    up,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 stopped as asked, 1 failed, 2 cannot work as typed.
@@ -72,6 +75,9 @@ impl Cli {
     /// # Errors
     /// Why it ended otherwise.
     pub(crate) fn run(self) -> Result<(), Failure> {
+        if self.command.draws() {
+            no_display::begin_anew();
+        }
         let begun = logging::init(self.command.name(), self.command.audit());
         let _audit_end = begun.map_err(|error| Failure::usage(&error))?;
         open_files::allow_all();
@@ -130,6 +136,15 @@ impl Command {
             Self::Scenario(args) => args.audit(),
             Self::Gateway(args) => args.audit(),
             _ => None,
+        }
+    }
+
+    /// Whether it may open a device itself.
+    fn draws(&self) -> bool {
+        match self {
+            Self::Render(_) | Self::Bench(bench::Command::Pictures(_)) => true,
+            Self::Record(args) => args.draws(),
+            _ => false,
         }
     }
 

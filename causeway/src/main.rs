@@ -15,6 +15,7 @@ mod lifeline;
 mod log_pace;
 mod logging;
 mod map;
+mod no_display;
 mod numbers;
 mod open_files;
 mod outlet;

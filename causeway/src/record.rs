@@ -27,6 +27,13 @@ pub(crate) struct Args {
     command: Command,
 }
 
+impl Args {
+    /// Whether it draws pictures.
+    pub(crate) fn draws(&self) -> bool {
+        matches!(&self.command, Command::Export(order) if order.draws())
+    }
+}
+
 #[derive(Clone, Debug, clap::Subcommand)]
 enum Command {
     /// List the logs and journals of a folder.

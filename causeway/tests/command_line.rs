@@ -119,3 +119,17 @@ fn a_service_may_open_as_many_files_as_the_machine_lets_it() {
     let numbers: Vec<&str> = files.split_whitespace().skip(3).take(2).collect();
     assert_eq!(numbers, ["200", "200"], "{limits}{said}");
 }
+
+/// Mesa's layer that orders devices looks for one.
+#[test]
+fn a_renderer_that_runs_alone_does_not_complain_that_there_is_no_display() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_causeway"));
+    command.args(["render", "--connect", "tcp/127.0.0.1:1"]).env_remove("XDG_RUNTIME_DIR");
+    command.env_remove("NODEVICE_SELECT").stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut service = command.spawn().unwrap();
+    let mut said = BufReader::new(service.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let first = said.next().unwrap();
+    service.kill().unwrap();
+    service.wait().unwrap();
+    assert!(!first.contains("XDG_RUNTIME_DIR"), "{first}");
+}

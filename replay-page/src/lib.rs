@@ -209,6 +209,14 @@ mod tests {
     }
 
     #[test]
+    fn lines_of_lanes_are_known_by_their_colour() {
+        let (text, _) = page_of(&[frame(0.0, &[])], About::default(), &[]);
+        let (_, rest) = text.split_once("LANE_LINE = \"").unwrap();
+        let (colour, _) = rest.split_once('"').unwrap();
+        assert!(text.contains(&format!(" stroke=\"{colour}\"")), "{colour}");
+    }
+
+    #[test]
     fn places_are_kept_of_every_nth_frame_and_what_happens_of_all() {
         let mut frames: Vec<Frame> =
             (0..5u8).map(|k| frame(f64::from(k) * 0.05, &[(7, f32::from(k))])).collect();

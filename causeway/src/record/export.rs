@@ -192,6 +192,10 @@ fn sensor_name(frame: &schemas::Frame, sensor: ActorId, ego: Option<ActorId>) ->
 }
 
 impl Export {
+    pub(super) fn draws(&self) -> bool {
+        !self.camera.is_empty()
+    }
+
     fn ego(&self) -> Option<ActorId> {
         self.ego.and_then(ActorId::new)
     }

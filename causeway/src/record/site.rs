@@ -79,6 +79,9 @@ fn worlds(site: &Site) -> Result<(), RecordError> {
     });
     let mut worlds: Vec<WorldInfo> = worlds.flatten().collect();
     worlds.sort_by_key(|world| world.world);
+    if worlds.is_empty() {
+        eprintln!("no worlds of {}: sessions and clients of CARLA make some", site.tenant);
+    }
     for world in worlds {
         let owner = world.owner.map_or_else(|| "nobody".to_owned(), |owner| owner.to_string());
         let (id, map, tick) = (world.world.get(), world.map, world.tick);

@@ -251,9 +251,9 @@ impl Plan {
         if let Some(port) = all.into_iter().find(|port| !taken.insert(*port)) {
             return Err(PlanError::PortTwice(port));
         }
-        let is_open = |rule: &&Allowed| carla.iter().any(|at| at.port == rule.port);
+        let is_open = |rule: &&Allowed| carla.iter().any(|at| at.port == rule.port());
         if let Some(rule) = args.allow.iter().find(|rule| !is_open(rule)) {
-            return Err(PlanError::Allow(rule.port));
+            return Err(PlanError::Allow(rule.port()));
         }
         if !args.carla_stream.is_empty() {
             args.carla_stream = streams;

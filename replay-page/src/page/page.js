@@ -23,12 +23,15 @@ for (let k = 1; k < way.length; k++) way[k] += way[k - 1];
 // The map: the paths of its picture, each with its paint. North is up, so y is turned.
 const picture = byId("map").querySelector("svg");
 const [left, top_, width, height] = picture.getAttribute("viewBox").split(" ").map(Number);
+// Lines of lanes, which the picture has as fine as its pixels, are as wide as on a road.
+const LANE_LINE = "#f4f4f2", LANE_LINE_M = 0.12;
 const painted = [...picture.querySelectorAll("path")].map(path => {
   const number = name => Number(path.getAttribute(name) ?? 0);
   const colour = name => { const told = path.getAttribute(name); return told === "none" ? null : told; };
   return {
     shape: new Path2D(path.getAttribute("d")), fill: colour("fill"), stroke: colour("stroke"),
-    line: number("stroke-width"), dash: number("stroke-dasharray"),
+    line: Math.max(number("stroke-width"), colour("stroke") === LANE_LINE ? LANE_LINE_M : 0),
+    dash: number("stroke-dasharray"),
     opacity: path.hasAttribute("opacity") ? number("opacity") : 1,
   };
 });
