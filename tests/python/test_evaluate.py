@@ -289,6 +289,8 @@ def test_dilemmas_are_played_with_every_policy_and_repeat(base_url, tmp_path):
     assert [run.returncode for run in runs] == [0, 0], runs[0].stderr
     for name in ("results.json", "report.html"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert "benchmark's reward" in page and "state of their vehicle" not in page
     cells = json.loads((tmp_path / "a" / "results.json").read_text())["cells"]
     assert len(cells) == 2 * 4 and {cell["episodes"] for cell in cells} == {2}
     told = {(cell["task"], cell["policy"]): cell for cell in cells}

@@ -69,11 +69,11 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--scenario", default="trolley_saves", help="default: %(default)s")
     parser.add_argument("--groups", type=int, default=2, help="default: %(default)s")
     parser.add_argument("--branches", type=int, default=8, help="default: %(default)s")
-    parser.add_argument("--prefix", type=int, default=5, help="steps that all branches share")
-    parser.add_argument("--turns", type=int, default=12, help="turns of a branch, at most")
-    parser.add_argument("--ticks", type=int, default=10, help="ticks of a turn")
-    parser.add_argument("--history", type=int, default=6, help="turns that are told in full")
-    parser.add_argument("--seed", type=int, default=1, help="of the first group")
+    parser.add_argument("--prefix", type=int, default=5, help="steps that all share (%(default)s)")
+    parser.add_argument("--turns", type=int, default=12, help="of a branch, at most (%(default)s)")
+    parser.add_argument("--ticks", type=int, default=10, help="of a turn (%(default)s)")
+    parser.add_argument("--history", type=int, default=6, help="turns told in full (%(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="of the first group (%(default)s)")
     return parser.parse_args()
 
 

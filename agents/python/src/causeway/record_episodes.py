@@ -27,14 +27,16 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m causeway.record_episodes", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("task")
+    parser.add_argument("task", help="e.g. lane-keep, corl17-straight")
     parser.add_argument("--episodes", type=int, default=20, help="(%(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the first; then the next ones")
+    parser.add_argument("--seed", type=int, default=0, help="of the first (0); then the next ones")
     parser.add_argument("--town", default="Town02", help="(%(default)s)")
-    parser.add_argument("--tier", default="physics", help="(%(default)s)")
-    parser.add_argument("--policy", default="follow", help=f"{', '.join(policy.NAMES)}, FILE.npz")
-    parser.add_argument("--observation", help="what is recorded; by default what the policy reads")
-    parser.add_argument("--camera", type=camera, metavar="WIDTHxHEIGHT", help="draws it, too")
+    parser.add_argument("--tier", default="physics", help="kinematic, physics (%(default)s)")
+    names = f"{', '.join(policy.NAMES)}, FILE.npz (%(default)s)"
+    parser.add_argument("--policy", default="follow", help=names)
+    told = "route, drive or wide; by default what the policy reads"
+    parser.add_argument("--observation", help=told)
+    parser.add_argument("--camera", type=camera, metavar="WIDTHxHEIGHT", help="pictures of it, in pixels")
     parser.add_argument(
         "--bus", default=DEFAULT_ENDPOINT, help="of the site that draws (%(default)s)"
     )

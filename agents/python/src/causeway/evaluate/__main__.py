@@ -33,8 +33,9 @@ def parse_arguments() -> argparse.Namespace:
         epilog="Ends with 1 where --fail-under is not reached, with 2 for what cannot be.",
     )
     several: dict[str, Any] = {"nargs": "+", "metavar": "NAME"}
-    parser.add_argument("--tasks", default=["corl17-straight", "corl17-one-turn"], **several)
-    parser.add_argument("--towns", default=["Town02"], **several)
+    tasks = ["corl17-straight", "corl17-one-turn"]
+    parser.add_argument("--tasks", default=tasks, help=f"({' '.join(tasks)})", **several)
+    parser.add_argument("--towns", default=["Town02"], help="(Town02)", **several)
     parser.add_argument(
         "--weathers",
         default=["training"],
@@ -47,11 +48,12 @@ def parse_arguments() -> argparse.Namespace:
         help="others are new towns in the table by condition (Town01)",
         **several,
     )
-    parser.add_argument("--tiers", default=["kinematic"], **several)
+    tiers = "kinematic, physics (kinematic)"
+    parser.add_argument("--tiers", default=["kinematic"], help=tiers, **several)
     parser.add_argument(
         "--policies",
         default=["follow"],
-        help=f"{', '.join(policy.NAMES)}, FILE.npz, or NAME=FILE.npz",
+        help=f"{', '.join(policy.NAMES)}, FILE.npz, or NAME=FILE.npz (follow)",
         **several,
     )
     parser.add_argument("--episodes", type=int, default=25, help="of each seed (%(default)s)")

@@ -50,8 +50,9 @@ def parse_arguments() -> argparse.Namespace:
         epilog="Ends with 2 for what cannot be.",
     )
     several: dict[str, Any] = {"nargs": "+", "metavar": "NAME"}
-    parser.add_argument("--dilemmas", default=list(DILEMMAS), choices=DILEMMAS, **several)
-    parser.add_argument("--policies", default=list(POLICIES), choices=list(POLICIES), **several)
+    for flag, names in (("--dilemmas", list(DILEMMAS)), ("--policies", list(POLICIES))):
+        told = f"{', '.join(names)} (all)"
+        parser.add_argument(flag, default=names, choices=names, help=told, **several)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(10)), help="(0 to 9)")
     parser.add_argument("--deadzone", action="store_true", help="at 75 km/h, 20 m away")
     parser.add_argument("--base-url", default=DEFAULT_BASE_URL, help="the site (%(default)s)")

@@ -29,11 +29,18 @@ NAMES_PX, AXIS_PX, VALUES_PX, LINE_PX = 300, 500, 240, 26
 FAILURES = 200
 
 
+#: What `completion` is on ways, and what their page says of who drove them.
+WAY = "share of the way"
+SUCCESS = "Policies see the state of their vehicle and way, not pictures."
+#: What that of dilemmas says.
+REWARD = "Success is the benchmark's reward for what was decided at once."
+
+
 def page(
     summaries: Sequence[Summary],
     differences: Sequence[Difference],
     episodes: Iterable[Episode],
-    share: str = "share of the way",
+    share: str = WAY,
     conditions: Sequence[Row] = (),
 ) -> str:
     """The text of the page; `share`: what `completion` is; `conditions`: a table of them."""
@@ -41,7 +48,7 @@ def page(
         "<!doctype html><html lang=en><meta charset=utf-8><title>Evaluation</title>",
         f"<style>{STYLE}</style><h1>Evaluation</h1>",
         "<p>Bars are intervals of 95 %: Wilson's for shares of episodes, of resampled episodes for "
-        "means and rates. Policies see the state of their vehicle and way, not pictures.</p>",
+        f"means and rates. {SUCCESS if share == WAY else REWARD}</p>",
         *([_conditions(conditions)] if conditions else []),
         *_plots(summaries, share),
         _table(summaries, share),

@@ -9,7 +9,7 @@ from pathlib import Path
 from causeway.evaluate.compare import Difference
 from causeway.evaluate.conditions import Row
 from causeway.evaluate.episodes import Episode, digest
-from causeway.evaluate.page import page
+from causeway.evaluate.page import WAY, page
 from causeway.evaluate.summary import summarise
 
 #: Of `results.json`.
@@ -23,7 +23,7 @@ def write(
     folder: Path,
     episodes: Sequence[Episode],
     differences: Sequence[Difference] = (),
-    share: str = "share of the way",
+    share: str = WAY,
     conditions: Sequence[Row] = (),
 ) -> None:
     """Writes both files; equal episodes give equal files. `share`: what `completion` is."""
