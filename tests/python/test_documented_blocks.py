@@ -139,7 +139,7 @@ def test_an_incident_has_three_pictures(shell, site):
     (line,) = take("incident.py")
     ours = line.replace("python ", f"{sys.executable} ", 1)
     shell.run(f"{ours} --port {site.carla_port}")
-    assert len(list((shell.folder / "docs/images/incident").glob("*.jpg"))) == 3
+    assert len(list((shell.folder / "incident").glob("*.jpg"))) == 3
 
 
 def test_a_journal_is_kept_and_verified(shell, start_site):
