@@ -297,11 +297,17 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("driver"), help="folder (%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="default: %(default)s")
-    parser.add_argument("--steps", type=int, default=3_000_000, help="with kinematic cars (%(default)s)")
-    parser.add_argument("--physics-steps", type=int, default=200_000, help="with rigid bodies (%(default)s)")
+    parser.add_argument(
+        "--steps", type=int, default=3_000_000, help="with kinematic cars (%(default)s)"
+    )
+    parser.add_argument(
+        "--physics-steps", type=int, default=200_000, help="with rigid bodies (%(default)s)"
+    )
     parser.add_argument("--worlds", type=int, default=64, help="of each task (%(default)s)")
     towns = ["Town01", "Town07"]
-    parser.add_argument("--towns", nargs="+", default=towns, help=f"to learn in ({' '.join(towns)})")
+    parser.add_argument(
+        "--towns", nargs="+", default=towns, help=f"to learn in ({' '.join(towns)})"
+    )
     parser.add_argument("--unseen", default="Town02", help="to evaluate in (%(default)s)")
     parser.add_argument("--episodes", type=int, default=100, help="to evaluate (%(default)s)")
     parser.add_argument("--program", default="causeway", help="the engine (%(default)s)")

@@ -36,7 +36,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--policy", default="follow", help=names)
     told = "route, drive or wide; by default what the policy reads"
     parser.add_argument("--observation", help=told)
-    parser.add_argument("--camera", type=camera, metavar="WIDTHxHEIGHT", help="pictures of it, in pixels")
+    parser.add_argument(
+        "--camera", type=camera, metavar="WIDTHxHEIGHT", help="pictures of it, in pixels"
+    )
     parser.add_argument(
         "--bus", default=DEFAULT_ENDPOINT, help="of the site that draws (%(default)s)"
     )
