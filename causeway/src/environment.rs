@@ -1,6 +1,6 @@
 //! What holds for the flags of all commands. A variable of the environment that is set but empty is
-//! not set: compose and systemd hand on empty ones for what nobody has named. A negative number is a
-//! value, so that whoever reads it says what was wanted.
+//! not set: compose and systemd hand on empty ones for what nobody has named. A negative number is
+//! a value, so that whoever reads it says what was wanted.
 
 use clap::builder::{OsStr, Resettable};
 use clap::{Arg, Command};
