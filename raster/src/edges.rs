@@ -4,18 +4,21 @@
 //! A pixel's colour follows from itself and its four neighbours: a picture is the same in whatever
 //! parts it is drawn.
 
+mod outline;
+
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, u32x8};
 
 use crate::draw::Seen;
-use crate::model::Model;
 use crate::pixels::PIXEL_BYTES;
-use crate::scene::{Placed, Scene};
+use crate::scene::Scene;
 use crate::target::Target;
-use crate::vector::{LANES, V3, affine, cross, dot, scale};
+use crate::vector::{LANES, V3};
 use crate::view::Projection;
+
+use outline::{Beyond, Outline, Way, across};
 
 /// Edges between colours that differ by no more than this in any channel are soft enough.
 const ALIKE: u8 = 6;
@@ -25,7 +28,6 @@ const HALF_PX: f32 = 0.5;
 const PARTS: f32 = 256.0;
 /// So many triangles that are too thin to be seen may lie between two pixels.
 const THIN_MAX: usize = 4;
-
 /// Room that is used again from one picture to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Room {
@@ -37,26 +39,6 @@ pub(crate) struct Room {
     mixes: Vec<Mix>,
     /// Pixels that get something of a neighbour.
     mixed: Vec<u32>,
-}
-
-/// A triangle in the picture.
-#[derive(Clone, Copy, Debug)]
-struct Outline {
-    /// From the first corner to the second, and so on: positive numbers with a place and 1 where it
-    /// is on the inner side.
-    sides: [V3; 3],
-    is_front: bool,
-    /// Beyond each side, once somebody asked.
-    beyond: [Option<Beyond>; 3],
-}
-
-/// What a triangle shares a side with.
-#[derive(Clone, Copy, Debug)]
-enum Beyond {
-    /// Nothing, as far as its cluster tells, or what turns away.
-    Nothing,
-    /// This one of the same model.
-    Triangle(u32),
 }
 
 /// What a pixel gets of which neighbour.
@@ -142,14 +124,20 @@ impl Edges<'_> {
     }
 
     /// The share of the way from the middle of one pixel, which shows a triangle, to that of another
-    /// one, at which the triangle ends and what is joined to it and too thin to be seen there.
+    /// one, which shows something with this nearness, at which the triangle ends and what is joined
+    /// to it and too thin to be seen there. It also ends where the other comes out of it.
     fn ends(
         &self,
         own: &mut Outline,
         (seen, local): (&Seen, &Projection),
-        way: [[f32; 2]; 2],
+        other: Option<V3>,
+        way: Way,
     ) -> Option<f32> {
-        let (side, mut share) = own.leaves(way)?;
+        let first = own.leaves(way);
+        if let Some(met) = own.meets(other, way, (0.0, first.map_or(1.0, |(_, ends)| ends))) {
+            return Some(met);
+        }
+        let (side, mut share) = first?;
         let placed = self.scene.placed.get(seen.placed as usize)?;
         let mut beyond =
             *own.beyond[side].get_or_insert_with(|| across(placed.model, seen.triangle, side));
@@ -157,67 +145,18 @@ impl Edges<'_> {
             let Beyond::Triangle(triangle) = beyond else { break };
             let next = Outline::of(placed, local, triangle);
             let Some(next) = next.filter(|next| next.is_front) else { break };
+            let leaves = next.leaves(way);
+            if let Some(met) = next.meets(other, way, (share, leaves.map_or(1.0, |(_, ends)| ends)))
+            {
+                return Some(met);
+            }
             // A crease between two that are seen.
-            let Some((side, ends)) = next.leaves(way).filter(|(_, ends)| *ends > share) else {
-                break;
-            };
+            let Some((side, ends)) = leaves.filter(|(_, ends)| *ends > share) else { break };
             share = ends;
             beyond = across(placed.model, triangle, side);
         }
         Some(share)
     }
-}
-
-impl Outline {
-    /// Of a triangle of a placed model, as it is seen. Homogeneous, so that corners behind the
-    /// viewer do not matter.
-    fn of(placed: &Placed<'_>, local: &Projection, triangle: u32) -> Option<Self> {
-        let corners = placed.model.triangles.get(triangle as usize)?;
-        let [centre_x, centre_y] = local.centre_px;
-        let [a, b, c] = placed.model.corners_of(corners)?.map(|corner| {
-            let [x, y, w] = [local.x, local.y, local.w].map(|row| affine(row, corner.position));
-            [x + centre_x * w, y + centre_y * w, w]
-        });
-        let turn = dot(a, cross(b, c));
-        let sides = [cross(a, b), cross(b, c), cross(c, a)];
-        let sides = sides.map(|side| scale(side, turn.signum()));
-        // Rows of a picture go down: what faces the viewer turns the other way.
-        Some(Self { sides, is_front: turn < 0.0, beyond: [None; 3] })
-    }
-
-    /// By which side a way leaves it, and after which share; `None` where it ends inside.
-    fn leaves(&self, [from, to]: [[f32; 2]; 2]) -> Option<(usize, f32)> {
-        let mut least = None;
-        for (at, side) in self.sides.iter().enumerate() {
-            let value = |[x, y]: [f32; 2]| dot(*side, [x, y, 1.0]);
-            let (inside, outside) = (value(from).max(0.0), value(to));
-            if outside < 0.0 {
-                let share = inside / (inside - outside);
-                if least.is_none_or(|(_, least)| share < least) {
-                    least = Some((at, share));
-                }
-            }
-        }
-        least
-    }
-}
-
-/// What shares a side with a triangle, of those in its cluster.
-fn across(model: &Model, triangle: u32, side: usize) -> Beyond {
-    let at = triangle as usize;
-    let before = model.clusters.partition_point(|cluster| cluster.triangles.end <= at);
-    let Some(cluster) = model.clusters.get(before) else { return Beyond::Nothing };
-    let corner = |at: usize, number: usize| {
-        model.local.get(at / LANES).map_or(0, |eight| eight[number % 3][at % LANES])
-    };
-    let (first, second) = (corner(at, side), corner(at, side + 1));
-    let shares = |other: &usize| {
-        let corners = [0, 1, 2].map(|number| corner(*other, number));
-        // It goes along the side the other way.
-        (0..3).any(|number| corners[number] == second && corners[(number + 1) % 3] == first)
-    };
-    let found = cluster.triangles.clone().filter(|other| *other != at).find(shares);
-    found.map_or(Beyond::Nothing, |other| Beyond::Triangle(other as u32))
 }
 
 /// Colours of some rows.
@@ -238,6 +177,9 @@ impl Colours<'_> {
         self.row(row).get(column).copied().unwrap_or_default()
     }
 }
+
+/// A pixel and what it shows.
+type Shown = ((usize, u32), u32);
 
 /// Edges as they are found.
 struct Found<'a> {
@@ -303,8 +245,8 @@ impl Found<'_> {
         } else {
             ((two, id_two), (one, id_one))
         };
-        let share = self.ends(nearer, farther.0);
-        let share = share.or_else(|| Some(1.0 - self.ends(farther, nearer.0)?));
+        let share = self.ends(nearer, farther);
+        let share = share.or_else(|| Some(1.0 - self.ends(farther, nearer)?));
         match share {
             Some(share) if share < HALF_PX => self.mix(nearer.0, farther.0, HALF_PX - share),
             Some(share) => self.mix(farther.0, nearer.0, share - HALF_PX),
@@ -312,20 +254,27 @@ impl Found<'_> {
         }
     }
 
-    fn ends(&mut self, (from, id): ((usize, u32), u32), to: (usize, u32)) -> Option<f32> {
+    fn ends(&mut self, (from, id): Shown, (to, other): Shown) -> Option<f32> {
+        let middle = |(column, row): (usize, u32)| [column as f32 + HALF_PX, row as f32 + HALF_PX];
+        let other = self.know(other).and_then(|at| Some(self.outlines.get(at)?.as_ref()?.nearness));
+        let at = self.know(id)?;
+        let (seen, own) = (self.edges.seen.get(at)?, self.outlines.get_mut(at)?.as_mut()?);
+        self.edges.ends(own, (seen, &self.local.1), other, [middle(from), middle(to)])
+    }
+
+    /// Works out what a triangle looks like, if nobody has, and how its model is seen: its place
+    /// among the outlines.
+    fn know(&mut self, id: u32) -> Option<usize> {
         let at = (id as usize).checked_sub(1)?;
         let (seen, slot) = (self.edges.seen.get(at)?, self.outlines.get_mut(at)?);
+        let placed = self.edges.scene.placed.get(seen.placed as usize)?;
         if self.local.0 != seen.placed {
-            let placed = self.edges.scene.placed.get(seen.placed as usize)?;
             self.local = (seen.placed, self.edges.projection.within(&placed.world_from_model));
         }
-        let local = &self.local.1;
         if slot.is_none() {
-            let placed = self.edges.scene.placed.get(seen.placed as usize)?;
-            *slot = Outline::of(placed, local, seen.triangle);
+            *slot = Outline::of(placed, &self.local.1, seen.triangle);
         }
-        let middle = |(column, row): (usize, u32)| [column as f32 + HALF_PX, row as f32 + HALF_PX];
-        self.edges.ends(slot.as_mut()?, (seen, local), [middle(from), middle(to)])
+        Some(at)
     }
 
     /// Has a pixel take this share of a neighbour's colour, unless it takes more of another one's.

@@ -11,15 +11,17 @@ use raster::{
 const SIDE_PX: u32 = 64;
 const IN_PLACE: [[f32; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
+/// At a place in the picture, so far away.
+fn corner([right_px, down_px]: [f32; 2], depth_m: f32, material: u8) -> Corner {
+    let position = [32.0, 32.0 - right_px, 32.0 - down_px].map(|part| part * depth_m / 32.0);
+    Corner { position, normal: [-1.0, 0.0, 0.0], material, ..Corner::default() }
+}
+
 /// A board across the view, from the left border of the picture to a line that leans to the right,
 /// cut into stripes that end at these shares of the way. One pixel is a metre.
 fn board(ends: &[f32], lean: f32) -> Model {
     let height_m = SIDE_PX as f32;
-    let corner = |right_m: f32, down_m: f32| Corner {
-        position: [32.0, 32.0 - right_m, 32.0 - down_m],
-        normal: [-1.0, 0.0, 0.0],
-        ..Corner::default()
-    };
+    let corner = |right_m: f32, down_m: f32| corner([right_m, down_m], 32.0, 0);
     let line = |share: f32| {
         let middle_m = 64.0 * share - 32.0;
         let at = |down_m: f32| 32.0 + middle_m + share * lean * (down_m - height_m / 2.0);
@@ -71,8 +73,13 @@ fn covered(model: &Model, quality: Quality) -> Vec<f32> {
     };
     let level = Level::new();
     let placed = [Placed { model, world_from_model: IN_PLACE, tints: [[255; 4]; 4], label: 1 }];
-    let materials =
-        [Material { colour: [0.5; 3], gloss: 0.0, family: Family::Body, pattern: 0, tint: 4 }];
+    let materials = [0.5, 0.0].map(|grey| Material {
+        colour: [grey; 3],
+        gloss: 0.0,
+        family: Family::Body,
+        pattern: 0,
+        tint: 4,
+    });
     let scene = Scene { placed: &placed, materials: &materials, ..Scene::EMPTY };
     let sun = SunView { right: [0.0; 4], up: [0.0; 4], depth: [0.0; 4], side_px: 8 };
     let shadow = ShadowMap::empty(sun);
@@ -83,7 +90,7 @@ fn covered(model: &Model, quality: Quality) -> Vec<f32> {
     canvas.look(level, &view, 0..SIDE_PX, (&scene, &prospect));
     canvas.colour(level, &view, &scene, (&light(), &shadow, quality), (&mut out, pitch));
     let squared = |value: u8| f32::from(value) * f32::from(value);
-    let full = squared(out[pitch * 32 + 4 * PIXEL_BYTES]);
+    let full = out.as_chunks::<4>().0.iter().map(|[r, ..]| squared(*r)).fold(0.0, f32::max);
     assert!(full > 2_500.0, "the board is lit");
     let of_row = |row: &[u8]| row.as_chunks::<4>().0.iter().map(|[r, ..]| squared(*r) / full).sum();
     out.chunks(pitch).map(of_row).collect()
@@ -125,4 +132,24 @@ fn neighbours_of_one_colour_stay_as_they_are() {
     let whole = covered(&board(&[1.0], 0.0), Quality::High);
     let striped = covered(&board(&[0.301, 0.702, 1.0], 0.0), Quality::High);
     assert_eq!(whole, striped);
+}
+
+#[test]
+fn what_comes_out_of_another_thing_has_a_soft_edge_there() {
+    let meets_px = 32.4;
+    let far_m = 1.0 / (1.0 / 16.0 - 64.0 / meets_px / 32.0);
+    // A light board, and a dark one that comes nearer to the left.
+    let boards = [([32.0; 2], 0), ([16.0, far_m], 1)];
+    let corners: Vec<Corner> = boards
+        .into_iter()
+        .flat_map(|([left_m, right_m], material)| {
+            let places = [[0.0, 0.0], [0.0, 64.0], [64.0, 0.0], [64.0, 64.0]];
+            let depths_m = [left_m, left_m, right_m, right_m];
+            [0, 1, 2, 3].map(|at| corner(places[at], depths_m[at], material))
+        })
+        .collect();
+    let model = Model::new(corners, &[[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6]], &[]);
+    for row in covered(&model, Quality::High) {
+        assert!((row - (64.0 - meets_px)).abs() < 0.05, "{row}");
+    }
 }
