@@ -123,9 +123,9 @@ impl Edges<'_> {
         }
     }
 
-    /// The share of the way from the middle of one pixel, which shows a triangle, to that of another
-    /// one, which shows something with this nearness, at which the triangle ends and what is joined
-    /// to it and too thin to be seen there. It also ends where the other comes out of it.
+    /// The share of the way from the middle of one pixel, which shows a triangle, to that of
+    /// another one, which shows something with this nearness, at which the triangle ends with what
+    /// is joined to it and too thin to be seen there. It also ends where the other comes out of it.
     fn ends(
         &self,
         own: &mut Outline,

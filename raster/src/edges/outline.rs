@@ -12,8 +12,8 @@ const MEETING: f32 = 1e-4;
 /// A triangle in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outline {
-    /// From the first corner to the second, and so on. The product with a place and 1 is positive on
-    /// the inner side.
+    /// From the first corner to the second, and so on. The product with a place and 1 is positive
+    /// on the inner side.
     sides: [V3; 3],
     /// The product with a place and 1 is how near it is there.
     pub(super) nearness: V3,
