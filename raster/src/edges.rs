@@ -15,10 +15,10 @@ use crate::draw::Seen;
 use crate::pixels::PIXEL_BYTES;
 use crate::scene::Scene;
 use crate::target::Target;
-use crate::vector::{LANES, V3};
+use crate::vector::LANES;
 use crate::view::Projection;
 
-use outline::{Beyond, Outline, Way, across};
+use outline::{Beyond, Outline, across, joined_end};
 
 /// Edges between colours that differ by no more than this in any channel are soft enough.
 const ALIKE: u8 = 6;
@@ -26,8 +26,6 @@ const ALIKE: u8 = 6;
 const HALF_PX: f32 = 0.5;
 /// Shares of a neighbour's colour are counted in so many parts.
 const PARTS: f32 = 256.0;
-/// So many triangles that are too thin to be seen may lie between two pixels.
-const THIN_MAX: usize = 4;
 /// Room that is used again from one picture to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Room {
@@ -121,41 +119,6 @@ impl Edges<'_> {
                 *pixel = mixture(own, other, f32::from(parts) / PARTS);
             }
         }
-    }
-
-    /// The share of the way from the middle of one pixel, which shows a triangle, to that of
-    /// another one, which shows something with this nearness, at which the triangle ends with what
-    /// is joined to it and too thin to be seen there. It also ends where the other comes out of it.
-    fn ends(
-        &self,
-        own: &mut Outline,
-        (seen, local): (&Seen, &Projection),
-        other: Option<V3>,
-        way: Way,
-    ) -> Option<f32> {
-        let first = own.leaves(way);
-        if let Some(met) = own.meets(other, way, (0.0, first.map_or(1.0, |(_, ends)| ends))) {
-            return Some(met);
-        }
-        let (side, mut share) = first?;
-        let placed = self.scene.placed.get(seen.placed as usize)?;
-        let mut beyond =
-            *own.beyond[side].get_or_insert_with(|| across(placed.model, seen.triangle, side));
-        for _ in 0..THIN_MAX {
-            let Beyond::Triangle(triangle) = beyond else { break };
-            let next = Outline::of(placed, local, triangle);
-            let Some(next) = next.filter(|next| next.is_front) else { break };
-            let leaves = next.leaves(way);
-            if let Some(met) = next.meets(other, way, (share, leaves.map_or(1.0, |(_, ends)| ends)))
-            {
-                return Some(met);
-            }
-            // A crease between two that are seen.
-            let Some((side, ends)) = leaves.filter(|(_, ends)| *ends > share) else { break };
-            share = ends;
-            beyond = across(placed.model, triangle, side);
-        }
-        Some(share)
     }
 }
 
@@ -254,27 +217,59 @@ impl Found<'_> {
         }
     }
 
+    /// The share of the way from the middle of one pixel to that of another one at which what the
+    /// first one shows ends; `None` if it does not.
     fn ends(&mut self, (from, id): Shown, (to, other): Shown) -> Option<f32> {
         let middle = |(column, row): (usize, u32)| [column as f32 + HALF_PX, row as f32 + HALF_PX];
-        let other = self.know(other).and_then(|at| Some(self.outlines.get(at)?.as_ref()?.nearness));
+        let way = [middle(from), middle(to)];
         let at = self.know(id)?;
-        let (seen, own) = (self.edges.seen.get(at)?, self.outlines.get_mut(at)?.as_mut()?);
-        self.edges.ends(own, (seen, &self.local.1), other, [middle(from), middle(to)])
+        let seen = self.edges.seen.get(at)?;
+        let placed = self.edges.scene.placed.get(seen.placed as usize)?;
+        let own = self.outlines.get_mut(at)?.as_mut()?;
+        let leaves = own.leaves(way);
+        let beyond = leaves.map(|(side, _)| {
+            *own.beyond[side].get_or_insert_with(|| across(placed.model, seen.triangle, side))
+        });
+        let own = *own;
+        if let Some(Beyond::Triangle(next)) = beyond
+            && self.shows(other, (seen.placed, next))
+        {
+            return leaves.map(|(_, share)| share);
+        }
+        let other = self.know(other).and_then(|at| Some(self.outlines.get(at)?.as_ref()?.nearness));
+        if let Some(met) = own.meets(other, way, (0.0, leaves.map_or(1.0, |(_, ends)| ends))) {
+            return Some(met);
+        }
+        let (_, share) = leaves?;
+        let Some(Beyond::Triangle(next)) = beyond else { return Some(share) };
+        Some(joined_end(placed, self.local(seen.placed)?, (next, share), other, way))
     }
 
-    /// Works out what a triangle looks like, if nobody has, and how its model is seen: its place
-    /// among the outlines.
+    /// Whether a triangle that is seen is this one of a model at this place of the scene.
+    fn shows(&self, id: u32, triangle: (u32, u32)) -> bool {
+        let seen = (id as usize).checked_sub(1).and_then(|at| self.edges.seen.get(at));
+        seen.is_some_and(|seen| (seen.placed, seen.triangle) == triangle)
+    }
+
+    /// Works out the outline of a triangle if nobody has; its place among them.
     fn know(&mut self, id: u32) -> Option<usize> {
         let at = (id as usize).checked_sub(1)?;
-        let (seen, slot) = (self.edges.seen.get(at)?, self.outlines.get_mut(at)?);
-        let placed = self.edges.scene.placed.get(seen.placed as usize)?;
-        if self.local.0 != seen.placed {
-            self.local = (seen.placed, self.edges.projection.within(&placed.world_from_model));
-        }
-        if slot.is_none() {
-            *slot = Outline::of(placed, &self.local.1, seen.triangle);
+        if self.outlines.get(at)?.is_none() {
+            let seen = self.edges.seen.get(at)?;
+            let placed = self.edges.scene.placed.get(seen.placed as usize)?;
+            let outline = Outline::of(placed, self.local(seen.placed)?, seen.triangle);
+            *self.outlines.get_mut(at)? = outline;
         }
         Some(at)
+    }
+
+    /// How a model at a place of the scene is seen.
+    fn local(&mut self, place: u32) -> Option<&Projection> {
+        if self.local.0 != place {
+            let placed = self.edges.scene.placed.get(place as usize)?;
+            self.local = (place, self.edges.projection.within(&placed.world_from_model));
+        }
+        Some(&self.local.1)
     }
 
     /// Has a pixel take this share of a neighbour's colour, unless it takes more of another one's.

@@ -9,6 +9,9 @@ use crate::view::Projection;
 /// meet there.
 const MEETING: f32 = 1e-4;
 
+/// So many triangles that are too thin to be seen may lie between two pixels.
+const THIN_MAX: usize = 4;
+
 /// A triangle in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outline {
@@ -85,20 +88,52 @@ impl Outline {
 /// From the middle of one pixel to that of another one.
 pub(super) type Way = [[f32; 2]; 2];
 
+/// The share of a way, between what one triangle shows and something else of this nearness, at
+/// which those end that are joined to the first one. It goes on to the next one after a share. What
+/// is in between is too thin to be seen.
+pub(super) fn joined_end(
+    placed: &Placed<'_>,
+    local: &Projection,
+    (mut triangle, mut share): (u32, f32),
+    other: Option<V3>,
+    way: Way,
+) -> f32 {
+    for _ in 0..THIN_MAX {
+        let next = Outline::of(placed, local, triangle);
+        let Some(next) = next.filter(|next| next.is_front) else { break };
+        let leaves = next.leaves(way);
+        let before = leaves.map_or(1.0, |(_, ends)| ends);
+        if let Some(met) = next.meets(other, way, (share, before)) {
+            return met;
+        }
+        let Some((side, ends)) = leaves.filter(|(_, ends)| *ends > share) else { break };
+        share = ends;
+        let Beyond::Triangle(beyond) = across(placed.model, triangle, side) else { break };
+        triangle = beyond;
+    }
+    share
+}
+
 /// What shares a side with a triangle, of those in its cluster.
 pub(super) fn across(model: &Model, triangle: u32, side: usize) -> Beyond {
     let at = triangle as usize;
     let before = model.clusters.partition_point(|cluster| cluster.triangles.end <= at);
     let Some(cluster) = model.clusters.get(before) else { return Beyond::Nothing };
-    let corner = |at: usize, number: usize| {
-        model.local.get(at / LANES).map_or(0, |eight| eight[number % 3][at % LANES])
-    };
-    let (first, second) = (corner(at, side), corner(at, side + 1));
-    let shares = |other: &usize| {
-        let corners = [0, 1, 2].map(|number| corner(*other, number));
-        // It goes along the side the other way.
-        (0..3).any(|number| corners[number] == second && corners[(number + 1) % 3] == first)
-    };
-    let found = cluster.triangles.clone().filter(|other| *other != at).find(shares);
-    found.map_or(Beyond::Nothing, |other| Beyond::Triangle(other as u32))
+    let Some(own) = model.local.get(at / LANES) else { return Beyond::Nothing };
+    let corner = |number: usize| own[number % 3][at % LANES];
+    let (first, second) = (corner(side), corner(side + 1));
+    let eights = cluster.triangles.start / LANES..cluster.triangles.end.div_ceil(LANES);
+    for (eight, [a, b, c]) in eights.clone().zip(model.local.get(eights).unwrap_or_default()) {
+        // The other one goes along the side the other way.
+        let shares = |lane: usize| {
+            let along =
+                |from: &[u8; LANES], to: &[u8; LANES]| (from[lane] == second) & (to[lane] == first);
+            along(a, b) | along(b, c) | along(c, a)
+        };
+        let found: [bool; LANES] = std::array::from_fn(shares);
+        if let Some(lane) = found.iter().position(|is_it| *is_it) {
+            return Beyond::Triangle((eight * LANES + lane) as u32);
+        }
+    }
+    Beyond::Nothing
 }
