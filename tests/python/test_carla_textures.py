@@ -125,7 +125,8 @@ def test_each_thing_has_its_own(world, house):
     world.apply_color_texture_to_objects(others, DIFFUSE, texture(GREEN, GREEN))
     (both,) = eye.look()
     assert changed(before, one).mean() > 0.25
-    assert not changed(one, both)[within(changed(before, one))].any()
+    # Edges of what stands before the house take on some of it.
+    assert changed(one, both)[within(changed(before, one))].mean() < 0.02
     assert is_mostly(both, 1)[within(changed(one, both))].mean() > 0.95
 
 
