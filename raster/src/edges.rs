@@ -26,6 +26,7 @@ const ALIKE: u8 = 6;
 const HALF_PX: f32 = 0.5;
 /// Shares of a neighbour's colour are counted in so many parts.
 const PARTS: f32 = 256.0;
+
 /// Room that is used again from one picture to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Room {

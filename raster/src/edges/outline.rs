@@ -47,9 +47,9 @@ impl Outline {
         let turn = dot(a, cross(b, c));
         let sides = [cross(a, b), cross(b, c), cross(c, a)];
         let sides = sides.map(|side| scale(side, turn.signum()));
-        // Rows of a picture go down: what faces the viewer turns the other way.
         let [x, y, z] = sides;
         let nearness = scale(add(add(x, y), z), 1.0 / turn.abs());
+        // Rows of a picture go down: what faces the viewer turns the other way.
         Some(Self { sides, nearness, is_front: turn < 0.0, beyond: [None; 3] })
     }
 
