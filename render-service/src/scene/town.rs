@@ -119,7 +119,7 @@ impl TownScene {
         &self.digest
     }
 
-    /// How many triangles.
+    /// How many triangles, but for those of the crowns of its trees.
     pub fn triangle_count(&self) -> usize {
         self.indices.len() / 3
     }
