@@ -128,13 +128,6 @@ fn stripes_too_thin_to_be_seen_belong_to_the_edge() {
 }
 
 #[test]
-fn neighbours_of_one_colour_stay_as_they_are() {
-    let whole = covered(&board(&[1.0], 0.0), Quality::High);
-    let striped = covered(&board(&[0.301, 0.702, 1.0], 0.0), Quality::High);
-    assert_eq!(whole, striped);
-}
-
-#[test]
 fn what_comes_out_of_another_thing_has_a_soft_edge_there() {
     let meets_px = 32.4;
     let far_m = 1.0 / (1.0 / 16.0 - 64.0 / meets_px / 32.0);
