@@ -9,6 +9,7 @@
 //! - **Determinism:** equal states give equal places and triangles, bit for bit, on every machine:
 //!   sines are those of `libm`. Colours are not needed for that and use the platform's powers.
 
+pub mod lettering;
 mod material;
 mod mesh;
 mod place;

@@ -23,6 +23,10 @@ pub enum Material {
     DarkPaint,
     Glass,
     CabinGlass,
+    CarWindow,
+    VanWindow,
+    TruckWindow,
+    BusWindow,
     Tyre,
     Rim,
     Chrome,
@@ -41,7 +45,7 @@ pub enum Material {
 
 impl Material {
     /// Every material, at the place of its number.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 34] = [
         Self::Asphalt,
         Self::MarkingWhite,
         Self::MarkingYellow,
@@ -58,6 +62,10 @@ impl Material {
         Self::DarkPaint,
         Self::Glass,
         Self::CabinGlass,
+        Self::CarWindow,
+        Self::VanWindow,
+        Self::TruckWindow,
+        Self::BusWindow,
         Self::Tyre,
         Self::Rim,
         Self::Chrome,

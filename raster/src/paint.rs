@@ -16,7 +16,7 @@ use crate::pixels::{Rays, packed};
 use crate::quality::Quality;
 use crate::rows::ByRow;
 use crate::scene::Family;
-use crate::shade::{Coated, Rain, Sight, body, facade, ground, sky};
+use crate::shade::{Coated, Inside, Rain, Sight, body, facade, ground, sky};
 use crate::surface::{Looks, Surface};
 use crate::target::Target;
 use crate::vector::{LANES, V8, splat};
@@ -329,12 +329,15 @@ impl Painter<'_> {
                 let pixel = self.rays.parts.across;
                 let sight = Sight { place_m, distance_m, direction, pixel };
                 let looks = self.looks(simd, eight, place_m);
+                let surfaces = eight.surfaces.map(|surface| self.looked_up(surface));
                 let colour = match kind {
                     GROUND => ground(simd, &lit, &sight, &looks),
                     FACADE => facade(simd, &lit, &sight, &looks),
-                    BODY => body(simd, &lit, &sight, &looks),
+                    BODY => {
+                        let inside = Inside::of(simd, surfaces, &sight);
+                        body(simd, &lit, (&sight, &looks), inside)
+                    }
                     _ => {
-                        let surfaces = eight.surfaces.map(|surface| self.looked_up(surface));
                         let coats = surfaces.map(|surface| self.coat(surface?));
                         let coated = Coated { surfaces, coats, view: self.rays.view, depth_m };
                         coated.colour(simd, &lit, &sight, &looks)

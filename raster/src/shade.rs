@@ -1,6 +1,7 @@
 //! The colours of families of materials, of the sky and of falling rain.
 
 mod body;
+mod cabin;
 mod coated;
 mod facade;
 mod ground;
@@ -8,6 +9,7 @@ mod rain;
 mod sky;
 
 pub(crate) use body::body;
+pub(crate) use cabin::{Inside, WINDOWS};
 pub(crate) use coated::Coated;
 pub(crate) use facade::facade;
 pub(crate) use ground::ground;

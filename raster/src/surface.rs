@@ -7,6 +7,7 @@ use crate::draw::Seen;
 use crate::model::{Corner, Model};
 use crate::quality::Quality;
 use crate::scene::{Family, Scene};
+use crate::shade::WINDOWS;
 use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
 
 /// A triangle in the world, as shading needs it.
@@ -27,6 +28,8 @@ pub(crate) struct Surface {
     pub(crate) family: Family,
     /// The position of its coat among those of the scene, and 1; 0: none.
     pub(crate) coat: u16,
+    /// Rows of the model's frame from the world, of a vehicle's window in pictures of high quality.
+    pub(crate) box_from_world: [[f32; 4]; 3],
 }
 
 impl Surface {
@@ -50,6 +53,7 @@ impl Surface {
         let has_places = !is_flat || is_facade;
         let (first_m, toward) =
             if has_places { places(matrix, corners) } else { ([0.0; 3], [[0.0; 3]; 2]) };
+        let is_window = quality == Quality::High && material.pattern >= WINDOWS;
         let tint = placed.tints.get(usize::from(material.tint));
         let [r, g, b, glow] =
             tint.map_or([1.0, 1.0, 1.0, 0.0], |tint| tint.map(|part| f32::from(part) / 255.0));
@@ -63,10 +67,15 @@ impl Surface {
             colour: [red * r, green * g, blue * b],
             glow,
             gloss: material.gloss,
-            pattern: f32::from(material.pattern),
+            pattern: if material.pattern < WINDOWS || is_window {
+                material.pattern.into()
+            } else {
+                0.0
+            },
             variant: f32::from(corner.variant),
             family: material.family,
             coat: coat_of(scene, placed.model, seen.triangle),
+            box_from_world: if is_window { inverse(matrix) } else { [[0.0; 4]; 3] },
         })
     }
 
@@ -118,6 +127,15 @@ fn places(matrix: &[[f32; 4]; 3], corners: [&Corner; 3]) -> (V3, [V3; 2]) {
     let upright = cross(along, aside);
     let per_area = 1.0 / dot(upright, upright).max(1e-30);
     (first, [scale(cross(aside, upright), per_area), scale(cross(upright, along), per_area)])
+}
+
+/// Rows from the world to the frame of a model that was turned after a stretch along its axes.
+fn inverse([a, b, c]: &[[f32; 4]; 3]) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|axis| {
+        let column = [a[axis], b[axis], c[axis]];
+        let [x, y, z] = scale(column, 1.0 / dot(column, column).max(1e-12));
+        [x, y, z, -dot([x, y, z], [a[3], b[3], c[3]])]
+    })
 }
 
 /// World normal of a model's own. A placement is a turn after a stretch along the axes: normals
@@ -286,6 +304,7 @@ mod tests {
             variant: 0.0,
             family: Family::Body,
             coat: 0,
+            box_from_world: [[0.0; 4]; 3],
         };
         let up_at = |x: f32| {
             dispatch!(Level::new(), simd => {

@@ -171,3 +171,17 @@ pub(crate) fn smoothstep<S: Simd>(simd: S, low: f32, high: f32, value: f32x8<S>)
 pub(crate) fn step<S: Simd>(simd: S, edge: f32x8<S>, value: f32x8<S>) -> f32x8<S> {
     value.simd_ge(edge).select(splat(simd, 1.0), splat(simd, 0.0))
 }
+
+/// One lane after the other.
+#[inline(always)]
+pub(crate) fn to_lanes<S: Simd>(v: V8<S>) -> [V3; LANES] {
+    let (x, y, z) = (v.x.to_array(), v.y.to_array(), v.z.to_array());
+    std::array::from_fn(|lane| [x[lane], y[lane], z[lane]])
+}
+
+/// From one lane after the other.
+#[inline(always)]
+pub(crate) fn from_lanes<S: Simd>(simd: S, lanes: &[V3; LANES]) -> V8<S> {
+    let axis = |at: usize| f32x8::load_array(simd, lanes.map(|lane| lane[at]));
+    V8 { x: axis(0), y: axis(1), z: axis(2) }
+}

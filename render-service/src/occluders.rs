@@ -1,5 +1,6 @@
 //! What stands on the ground that a picture shows, and darkens it.
 
+use nalgebra::Vector2;
 use raster::{OCCLUDERS_MAX, Occluder};
 use schemas::{ImageKind, Vec3};
 
@@ -9,8 +10,8 @@ use crate::strip::Strip;
 /// hardly a pixel.
 const AWAY_MAX_M: f32 = 60.0;
 
-/// Vehicles and people that stand on what a strip's colour picture shows, the nearest first. They
-/// are the same for all rows of it.
+/// Vehicles, people and houses that stand on what a strip's colour picture shows, the nearest first.
+/// They are the same for all rows of it.
 pub(crate) fn occluders_of(strip: &Strip<'_>) -> Vec<Occluder> {
     if strip.camera().kind != ImageKind::Rgb {
         return Vec::new();
@@ -19,10 +20,11 @@ pub(crate) fn occluders_of(strip: &Strip<'_>) -> Vec<Occluder> {
     let shown = strip.view.rows(&(0..height_px), height_px);
     let eye_m = strip.view.eye_m();
     let mut found: Vec<(f32, Occluder)> = Vec::new();
-    for body in strip.bodies() {
-        let Some(occluder) = body.occluder else { continue };
+    let of_bodies = strip.bodies().filter_map(|body| body.occluder);
+    for occluder in of_bodies.chain(strip.town.buildings.around(&eye_m, strip.hidden)) {
         let (place_m, reach) = (Vec3::from(occluder.place_m), Vec3::repeat(occluder.reach_m()));
-        let away_m = (place_m - eye_m).norm() * strip.view.half_extent[0];
+        let size_m = Vector2::from(occluder.half_m).norm();
+        let away_m = ((place_m - eye_m).norm() - size_m) * strip.view.half_extent[0];
         if away_m < AWAY_MAX_M && shown.may_see(&(place_m - reach), &(place_m + reach)) {
             found.push((away_m, occluder));
         }

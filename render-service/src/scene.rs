@@ -1,5 +1,6 @@
 //! What is to be drawn, without a GPU: towns, bodies, light and views as plain values.
 
+pub(crate) mod buildings;
 pub(crate) mod coat;
 pub(crate) mod exposure;
 pub(crate) mod facade;

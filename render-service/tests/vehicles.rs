@@ -249,3 +249,45 @@ fn each_open_door_stands_out_of_the_body_where_its_hinge_is() {
         }
     }
 }
+
+#[test]
+fn windows_show_seats_and_what_is_behind_them() {
+    for mut scene in scenes(true) {
+        let actor = car(CAR, scene.pose(), 0x30_50a0);
+        let frame = Frame { types: vec!["vehicle.tesla.model3".to_owned()], ..frame(vec![actor]) };
+        let image = draw(&mut scene.renderer, &town(&[]), &job(frame, vec![camera()])).remove(0);
+        // On the rear window, before a head rest and between two of them.
+        let [[seat, _], [gap, _]] = [[-0.60, 0.40, 0.62], [-0.60, 0.02, 0.62]]
+            .map(|place| scene.colours(&image, place).map(|[r, g, b]| r + g + b));
+        assert!(gap - seat > 40, "{seat} before a head rest, {gap} beside it");
+    }
+}
+
+#[test]
+fn bodies_have_no_holes_through_which_the_road_is_seen() {
+    const TYPES: [&str; 8] = [
+        "vehicle.tesla.model3",
+        "vehicle.audi.tt",
+        "vehicle.mini.cooper_s",
+        "vehicle.nissan.patrol",
+        "vehicle.tesla.cybertruck",
+        "vehicle.mercedes.sprinter",
+        "vehicle.carlamotors.firetruck",
+        "vehicle.mitsubishi.fusorosa",
+    ];
+    let mut renderer = renderers().next().unwrap();
+    let camera = of_kind(ImageKind::Instance, &camera());
+    for (type_id, turn) in TYPES.iter().flat_map(|one| (0..8).map(move |turn| (one, turn))) {
+        let pose = level_pose(Vec3::new(5.0, 0.4, 0.0), 0.3 + turn as f32 * PI / 4.0);
+        let frame = Frame { types: vec![(*type_id).to_owned()], ..frame(vec![car(CAR, pose, 0)]) };
+        let image = draw(&mut renderer, &town(&[]), &job(frame, vec![camera.clone()])).remove(0);
+        let width = image.width_px as usize;
+        let (labels, _) = image.data.as_chunks::<4>();
+        let is_car: Vec<bool> =
+            labels.iter().map(|label| u32::from(TagId::unpack(*label).id) == CAR).collect();
+        let holes = (width + 1..is_car.len() - width - 1).filter(|at| {
+            !is_car[*at] && [at - 1, at + 1, at - width, at + width].iter().all(|at| is_car[*at])
+        });
+        assert_eq!(holes.count(), 0, "{type_id} turned by {turn} eighths");
+    }
+}

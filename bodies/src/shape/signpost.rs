@@ -4,6 +4,7 @@
 
 use schemas::Vec3;
 
+use crate::lettering;
 use crate::material::Material;
 use crate::mesh::{Mesh, MeshBuilder, turned};
 
@@ -35,15 +36,24 @@ pub(crate) fn light_head() -> Mesh {
     builder.finish()
 }
 
-/// A red octagon with something written on it.
+/// Of what is written on a stop sign, where the board has radius 1: height of its capitals and half
+/// the width of a stroke.
+const CAPITAL: f32 = 0.48;
+const HALF_STROKE: f32 = 0.042;
+
+/// A red octagon that says STOP.
 pub(crate) fn stop_sign() -> Mesh {
     let mut builder = MeshBuilder::default();
     let phase = std::f32::consts::PI / 8.0;
     board(&mut builder, (8, phase), [Material::PropBand, Material::Prop]);
-    for letter in 0..4 {
-        let y = 0.58 - 0.36 * letter as f32;
-        let at = |y: f32, z: f32| Vec3::new(-0.06, y, z);
-        let quad = [at(y, -0.22), at(y, 0.22), at(y - 0.22, 0.22), at(y - 0.22, -0.22)];
+    for [from, to] in lettering::strokes("STOP") {
+        // Left is y; whoever reads it looks along x.
+        let [from, to] = [from, to].map(|[right, up]| Vec3::new(-0.06, -right, up) * CAPITAL);
+        let along = (to - from).normalize() * HALF_STROKE;
+        let up = Vec3::new(0.0, -along.z, along.y);
+        let (from, to) = (from - along * 0.6, to + along * 0.6);
+        let lift = |place: Vec3| Vec3::new(-0.06, place.y, place.z);
+        let quad = [from + up, to + up, to - up, from - up].map(lift);
         builder.quad(quad, Material::PropBand);
     }
     builder.finish()
@@ -99,4 +109,22 @@ fn front(
 /// Corners of a regular polygon of radius 1, counter-clockwise.
 fn corners(count: usize, phase: f32) -> impl Iterator<Item = [f32; 2]> {
     (0..count).map(move |at| turned(phase + std::f32::consts::TAU * at as f32 / count as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_stop_sign_says_faces_whoever_comes_and_lies_on_its_board() {
+        let mesh = stop_sign();
+        let text: Vec<_> = mesh.vertices.iter().filter(|one| one.position[0] < -0.055).collect();
+        assert!(text.len() >= 4 * 20, "{}", text.len());
+        for vertex in text {
+            let [x, ..] = vertex.normal_material;
+            assert!(x < -32_000, "{vertex:?}");
+            let [_, y, z] = vertex.position;
+            assert!(y.hypot(z) < 0.84, "{vertex:?}");
+        }
+    }
 }

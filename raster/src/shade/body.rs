@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use super::Sight;
+use super::{Inside, Sight};
 use crate::light::Lit;
 use crate::noise::noise;
 use crate::quality::Quality;
@@ -15,7 +15,12 @@ const LEAVES: f32 = 5.0;
 const BARK: f32 = 6.0;
 
 #[inline(always)]
-pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
+pub(crate) fn body<S: Simd>(
+    simd: S,
+    lit: &Lit<'_>,
+    (sight, looks): (&Sight<S>, &Looks<S>),
+    inside: Option<Inside<S>>,
+) -> V8<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
     let looks = grown(simd, lit, sight, looks);
     let normal = looks.normal;
@@ -37,10 +42,11 @@ pub(crate) fn body<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Lo
     let spark2 = toward_sun * toward_sun;
     let spark8 = spark2 * spark2 * spark2 * spark2;
     let spark = gloss * spark8 * spark8 * spark8 * 0.9;
-    looks
-        .colour
-        .times(arriving.diffuse)
-        .scaled(one - shine * 0.5)
+    let mut own = looks.colour.times(arriving.diffuse);
+    if let Some(inside) = inside {
+        own = inside.seen(simd, lit.light, (sight, &looks), (arriving.diffuse, own));
+    }
+    own.scaled(one - shine * 0.5)
         .plus(around.scaled(shine))
         .plus(arriving.sun.scaled(spark))
         .plus(glowing)

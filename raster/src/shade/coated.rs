@@ -8,7 +8,7 @@ use crate::coat::{Coat, Patch, step_on};
 use crate::light::Lit;
 use crate::scene::Family;
 use crate::surface::{Looks, Surface};
-use crate::vector::{LANES, V3, V8, scale, splat};
+use crate::vector::{LANES, V3, V8, from_lanes, scale, splat, to_lanes};
 use crate::view::View;
 
 /// Light of a white texture: about as bright as a wall in the sun.
@@ -52,7 +52,7 @@ impl<S: Simd> Coated<'_, S> {
             pattern: is_own.select(looks.pattern, zero),
             ..*looks
         };
-        let mut colour = body(simd, lit, sight, &plain);
+        let mut colour = body(simd, lit, (sight, &plain), None);
         if is_own.any_true() {
             let of = |family: Family| {
                 let numbers = self.surfaces.map(|surface| {
@@ -79,16 +79,4 @@ impl<S: Simd> Coated<'_, S> {
             Patch { place_m: place_m[lane], normal: normal[lane], steps_m }
         })
     }
-}
-
-#[inline(always)]
-fn to_lanes<S: Simd>(v: V8<S>) -> [V3; LANES] {
-    let (x, y, z) = (v.x.to_array(), v.y.to_array(), v.z.to_array());
-    std::array::from_fn(|lane| [x[lane], y[lane], z[lane]])
-}
-
-#[inline(always)]
-fn from_lanes<S: Simd>(simd: S, lanes: &[V3; LANES]) -> V8<S> {
-    let axis = |at: usize| f32x8::load_array(simd, lanes.map(|lane| lane[at]));
-    V8 { x: axis(0), y: axis(1), z: axis(2) }
 }

@@ -12,6 +12,11 @@ use crate::vector::{V8, clamp, fract, splat, step};
 
 const BAY_M: f32 = 3.0;
 const STOREY_M: f32 = 3.3;
+/// What lintels shade of the panes below them and cornices of the wall, in storeys.
+const RECESS: f32 = 0.045;
+const EAVES: f32 = 0.05;
+/// Height in metres up to which the corner at its foot keeps light from a wall.
+const FOOT_M: f32 = 1.6;
 
 /// Part of a pixel of some width that lies from one number to another in a pattern with period 1.
 #[inline(always)]
@@ -37,11 +42,13 @@ struct Parts<S: Simd> {
     frame: f32x8<S>,
     cross_bar: f32x8<S>,
     cornice: f32x8<S>,
+    /// In the shade of a lintel or a cornice.
+    shaded: f32x8<S>,
     is_ground_floor: f32x8<S>,
 }
 
 #[inline(always)]
-fn parts<S: Simd>(simd: S, sight: &Sight<S>, looks: &Looks<S>) -> Parts<S> {
+fn parts<S: Simd>(simd: S, quality: Quality, sight: &Sight<S>, looks: &Looks<S>) -> Parts<S> {
     let (one, zero) = (splat(simd, 1.0), splat(simd, 0.0));
     let footprint = sight.distance_m * sight.pixel;
     let slant = looks.normal.dot(sight.direction).abs().max(splat(simd, 0.08));
@@ -51,17 +58,14 @@ fn parts<S: Simd>(simd: S, sight: &Sight<S>, looks: &Looks<S>) -> Parts<S> {
     let upward = (storey, (footprint / STOREY_M).max(least));
     let has_windows = step(simd, zero, storey);
     let is_ground_floor = has_windows * storey.simd_lt(one).select(one, zero);
-    let pane = covered(
+    let opening = covered(
         simd,
         across,
         by_floor(simd, 0.26, 0.10, is_ground_floor),
         by_floor(simd, 0.74, 0.90, is_ground_floor),
-    ) * covered(
-        simd,
-        upward,
-        by_floor(simd, 0.28, 0.12, is_ground_floor),
-        by_floor(simd, 0.80, 0.78, is_ground_floor),
     );
+    let lintel = by_floor(simd, 0.80, 0.78, is_ground_floor);
+    let pane = opening * covered(simd, upward, by_floor(simd, 0.28, 0.12, is_ground_floor), lintel);
     let frame = covered(
         simd,
         across,
@@ -75,7 +79,13 @@ fn parts<S: Simd>(simd: S, sight: &Sight<S>, looks: &Looks<S>) -> Parts<S> {
     );
     let bar = covered(simd, across, splat(simd, 0.485), splat(simd, 0.515));
     let cornice = covered(simd, upward, splat(simd, 0.94), one);
+    let mut shaded = zero;
+    if quality == Quality::High {
+        shaded = opening * covered(simd, upward, lintel - RECESS, lintel) * 0.55
+            + covered(simd, upward, splat(simd, 0.94 - EAVES), splat(simd, 0.94)) * 0.3;
+    }
     Parts {
+        shaded: has_windows * shaded,
         pane: has_windows * pane,
         frame: has_windows * frame,
         cross_bar: bar * (one - is_ground_floor),
@@ -118,12 +128,13 @@ fn wall<S: Simd>(simd: S, quality: Quality, looks: &Looks<S>, is_ground_floor: f
 #[inline(always)]
 pub(crate) fn facade<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &Looks<S>) -> V8<S> {
     let one = splat(simd, 1.0);
-    let parts = parts(simd, sight, looks);
+    let parts = parts(simd, lit.quality, sight, looks);
     let wall = wall(simd, lit.quality, looks, parts.is_ground_floor);
     let trim = wall.mixed(V8::splat(simd, [0.62, 0.60, 0.56]), splat(simd, 0.65));
     let albedo = wall.mixed(trim, parts.frame.max(parts.cornice * 0.8));
-    let arriving = lit.arriving(simd, (sight.place_m, looks.normal), splat(simd, 1.0));
-    let seen = albedo.times(arriving.diffuse);
+    let arriving = lit.arriving(simd, (sight.place_m, looks.normal), open_at(simd, looks));
+    let unshaded = one - parts.shaded;
+    let seen = albedo.times(arriving.diffuse).scaled(unshaded);
     let glass = parts.pane * (one - parts.cross_bar * 0.8);
     if !glass.simd_gt(splat(simd, 0.0)).any_true() {
         return seen;
@@ -142,5 +153,12 @@ pub(crate) fn facade<S: Simd>(simd: S, lit: &Lit<'_>, sight: &Sight<S>, looks: &
         .times(arriving.diffuse)
         .plus(lit.light.sky(simd, mirrored.z).scaled(shine))
         .plus(V8::splat(simd, [1.0, 0.72, 0.38]).scaled(lamp));
-    seen.mixed(in_glass, glass)
+    seen.mixed(in_glass.scaled(unshaded), glass)
+}
+
+/// Part of the light of the sky and the ground that the corner at its foot leaves a wall.
+#[inline(always)]
+fn open_at<S: Simd>(simd: S, looks: &Looks<S>) -> f32x8<S> {
+    let near = clamp(simd, splat(simd, 1.0) - looks.facade_m[1] * (1.0 / FOOT_M), 0.0, 1.0);
+    splat(simd, 1.0) - near * near * 0.4
 }

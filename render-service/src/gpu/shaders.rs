@@ -45,6 +45,7 @@ impl Kernel {
                 include_str!("../shaders/arriving.wgsl"),
                 include_str!("../shaders/ground.wgsl"),
                 include_str!("../shaders/facade.wgsl"),
+                include_str!("../shaders/cabin.wgsl"),
                 include_str!("../shaders/body.wgsl"),
                 include_str!("../shaders/sky.wgsl"),
                 include_str!("../shaders/rain.wgsl"),

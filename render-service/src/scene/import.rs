@@ -6,6 +6,7 @@ use bodies::Material;
 use roads::mesh::Material as RoadMaterial;
 use schemas::{SemanticTag, TagId, Vec3};
 
+use super::buildings::Buildings;
 use super::coat::ThingBoxes;
 use super::foliage::crowns;
 use super::instance::signal::Signals;
@@ -44,8 +45,8 @@ impl TownScene {
         let crowns = leaves.as_ref().map(crowns).unwrap_or_default();
         let scene = Self::new(map.digest(), &merged.into_values().collect::<Vec<_>>());
         let (signals, street_lamps) = (Signals::of_map(map), StreetLamps::of_map(map));
-        let boxes = ThingBoxes::of_map(map);
-        Self { signals, street_lamps, crowns, boxes, ..scene }
+        let (boxes, buildings) = (ThingBoxes::of_map(map), Buildings::of_map(map));
+        Self { signals, street_lamps, crowns, boxes, buildings, ..scene }
     }
 }
 

@@ -45,6 +45,10 @@ enum Pattern {
     Grass = 4,
     Leaves = 5,
     Bark = 6,
+    CarWindow = 7,
+    VanWindow = 8,
+    TruckWindow = 9,
+    BusWindow = 10,
 }
 
 /// Which of an instance's four colours multiplies the material's own. The alpha of that colour is
@@ -92,6 +96,10 @@ impl Looks {
             Material::DarkPaint => Self { colour: [0.30; 3], ..Self::tinted(Tint::First, 0.5) },
             Material::Glass => Self { gloss: 1.0, ..Self::plain([0.012, 0.015, 0.018]) },
             Material::CabinGlass => Self::tinted(Tint::Fourth, 1.0),
+            Material::CarWindow => Self::window(Pattern::CarWindow),
+            Material::VanWindow => Self::window(Pattern::VanWindow),
+            Material::TruckWindow => Self::window(Pattern::TruckWindow),
+            Material::BusWindow => Self::window(Pattern::BusWindow),
             Material::Tyre => Self::plain([0.014, 0.014, 0.015]),
             Material::Rim => Self { gloss: 0.5, ..Self::plain([0.36, 0.37, 0.39]) },
             Material::Chrome => Self { gloss: 0.9, ..Self::plain([0.45, 0.46, 0.48]) },
@@ -115,6 +123,10 @@ impl Looks {
 
     fn patterned(colour: [f32; 3], pattern: Pattern) -> Self {
         Self { pattern, ..Self::plain(colour) }
+    }
+
+    fn window(pattern: Pattern) -> Self {
+        Self { pattern, ..Self::tinted(Tint::Fourth, 1.0) }
     }
 
     fn tinted(tint: Tint, gloss: f32) -> Self {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use bodies::{Material, Vertex, pack};
 use schemas::Vec3;
 
+use super::buildings::Buildings;
 use super::coat::ThingBoxes;
 use super::facade::facade_coordinates;
 use super::foliage::Crown;
@@ -76,6 +77,7 @@ pub struct TownScene {
     pub(crate) crowns: Vec<Crown>,
     /// On which textures are laid.
     pub(crate) boxes: ThingBoxes,
+    pub(crate) buildings: Buildings,
 }
 
 /// The indices of one square of a town; a family that it lacks has an empty range.
@@ -96,6 +98,7 @@ impl TownScene {
             street_lamps: StreetLamps::default(),
             crowns: Vec::new(),
             boxes: ThingBoxes::default(),
+            buildings: Buildings::default(),
         };
         let mut of_tile: BTreeMap<TileKey, BTreeMap<Family, Vec<u32>>> = BTreeMap::new();
         for surface in surfaces {

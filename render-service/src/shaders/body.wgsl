@@ -1,4 +1,4 @@
-// Radiance of vehicles, people, things, trees. Appended to arriving.
+// Radiance of vehicles, people, things, trees. Appended to cabin.
 
 // Clumps of leaves, lighter and darker, that face all ways: what bends the normal, then what the
 // colour is multiplied by. As `raster`'s.
@@ -31,7 +31,7 @@ fn bark(world: vec3<f32>, footprint: f32) -> f32 {
     return 1.0 + 1.1 * (ridge - 0.5) * fade;
 }
 
-fn body(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
+fn body(in: Surface, inside: Inside, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     var normal = in.normal;
     var albedo = in.colour.rgb;
     let footprint = distance * views[view].left.w;
@@ -58,6 +58,10 @@ fn body(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     let spark = gloss * spark8 * spark8 * spark8 * 0.9;
 
     let glow = in.colour.rgb * (in.colour.a * 1.6);
-    let colour = albedo * light.diffuse * (1.0 - 0.5 * shine) + around * shine + light.sun * spark + glow;
+    var own = albedo * light.diffuse;
+    if in.look.y >= WINDOWS {
+        own = cabin(inside, in.look.y, direction, light.diffuse, in.colour.rgb * in.colour.a);
+    }
+    let colour = own * (1.0 - 0.5 * shine) + around * shine + light.sun * spark + glow;
     return colour;
 }

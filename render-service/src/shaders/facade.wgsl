@@ -2,6 +2,11 @@
 
 const BAY_M: f32 = 3.0;
 const STOREY_M: f32 = 3.3;
+// What lintels shade of the panes below them and cornices of the wall, in storeys.
+const RECESS: f32 = 0.045;
+const EAVES: f32 = 0.05;
+// Height in metres up to which the corner at its foot keeps light from a wall.
+const FOOT_M: f32 = 1.6;
 
 // Part of a pixel of width `blur` at `x` that lies in [low, high] of a pattern with period 1.
 fn covered(x: f32, blur: f32, low: f32, high: f32) -> f32 {
@@ -25,12 +30,16 @@ fn facade(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     let has_windows = step(0.0, storey);
     let is_ground_floor = has_windows * select(0.0, 1.0, storey < 1.0);
 
-    let pane = has_windows * covered(bay, blur_x, mix(0.26, 0.10, is_ground_floor), mix(0.74, 0.90, is_ground_floor))
-        * covered(storey, blur_y, mix(0.28, 0.12, is_ground_floor), mix(0.80, 0.78, is_ground_floor));
+    let opening = has_windows * covered(bay, blur_x, mix(0.26, 0.10, is_ground_floor), mix(0.74, 0.90, is_ground_floor));
+    let lintel = mix(0.80, 0.78, is_ground_floor);
+    let pane = opening * covered(storey, blur_y, mix(0.28, 0.12, is_ground_floor), lintel);
     let frame = has_windows * covered(bay, blur_x, mix(0.22, 0.06, is_ground_floor), mix(0.78, 0.94, is_ground_floor))
         * covered(storey, blur_y, mix(0.23, 0.06, is_ground_floor), mix(0.84, 0.82, is_ground_floor));
     let cross_bar = covered(bay, blur_x, 0.485, 0.515) * (1.0 - is_ground_floor);
     let cornice = has_windows * covered(storey, blur_y, 0.94, 1.0);
+    // In the shade of a lintel or a cornice.
+    let shaded = 0.55 * opening * covered(storey, blur_y, lintel - RECESS, lintel)
+        + 0.3 * has_windows * covered(storey, blur_y, 0.94 - EAVES, 0.94);
 
     // Kind of wall, and one of a few tones per house.
     let kind = floor(in.look.z / 32.0);
@@ -50,7 +59,8 @@ fn facade(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     var albedo = mix(wall, trim, max(frame, cornice * 0.8));
 
     let glass = pane * (1.0 - 0.8 * cross_bar);
-    let light = arriving(in.world, normal, 1.0);
+    let near = clamp(1.0 - in.facade_m.y / FOOT_M, 0.0, 1.0);
+    let light = arriving(in.world, normal, 1.0 - 0.4 * near * near);
     let cell = vec2<f32>(floor(bay) + in.look.z * 7.0, floor(storey));
     let chance = hash21(cell + 3.0);
     let room = mix(vec3<f32>(0.022, 0.028, 0.036), vec3<f32>(0.16, 0.15, 0.13), step(0.72, chance) * 0.7);
@@ -59,6 +69,5 @@ fn facade(in: Surface, direction: vec3<f32>, distance: f32) -> vec3<f32> {
     let shine = 0.16 + 0.60 * glance * glance * glance;
     let lamp = vec3<f32>(1.0, 0.72, 0.38) * (0.55 * views[view].direct.w * step(0.55, hash21(cell)));
     let seen_in_glass = room * light.diffuse + sky(mirrored) * shine + lamp;
-    let colour = mix(albedo * light.diffuse, seen_in_glass, glass);
-    return colour;
+    return mix(albedo * light.diffuse, seen_in_glass, glass) * (1.0 - shaded);
 }

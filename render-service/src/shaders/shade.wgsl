@@ -85,7 +85,7 @@ fn radiance_of(number: u32, world: vec3<f32>, direction: vec3<f32>, distance: f3
             colour = facade(surface, direction, distance);
         }
         default: {
-            colour = body(surface, direction, distance);
+            colour = body(surface, inside_of(seen.one, world, direction), direction, distance);
         }
     }
     return hazed(colour, distance, direction);

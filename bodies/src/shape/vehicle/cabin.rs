@@ -59,7 +59,7 @@ impl Cabin {
             self.edge(roof_rear, -1.0),
             self.edge(roof_front, -1.0),
         ];
-        builder.band(&foot, &roof, Material::CabinGlass);
+        builder.band(&foot, &roof, Material::CarWindow);
     }
 
     /// A shallow vault over the roof's edges.
@@ -118,11 +118,12 @@ pub(super) fn window_band(
     (low, high): (f32, f32),
     half_width: f32,
     slant: f32,
+    material: Material,
 ) {
     for side in [-1.0, 1.0] {
         let at = |x: f32, z: f32| Vec3::new(x, side * half_width, z);
         let window = [at(rear, low), at(front, low), at(front - slant, high), at(rear, high)];
         let [a, b, c, d] = window;
-        builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, Material::CabinGlass);
+        builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, material);
     }
 }

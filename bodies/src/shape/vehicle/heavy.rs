@@ -35,11 +35,11 @@ pub(crate) fn van() -> Mesh {
             screen(0.53, 0.80, 0.80),
             screen(0.53, -0.80, 0.80),
         ],
-        Material::CabinGlass,
+        Material::VanWindow,
     );
-    window_band(&mut builder, (0.20, 0.70), (0.12, 0.72), 1.004, 0.30);
+    window_band(&mut builder, (0.20, 0.70), (0.12, 0.72), 1.004, 0.30, Material::VanWindow);
     for y in [-0.82, 0.06] {
-        back_window(&mut builder, (y, y + 0.76), (0.18, 0.74));
+        back_window(&mut builder, (y, y + 0.76), (0.18, 0.74), Material::VanWindow);
     }
     lamps(&mut builder, Shape::Van);
     builder.finish()
@@ -75,9 +75,9 @@ pub(crate) fn truck(box_material: Material) -> Mesh {
             screen(0.90, 0.82, 0.56),
             screen(0.90, -0.82, 0.56),
         ],
-        Material::CabinGlass,
+        Material::TruckWindow,
     );
-    window_band(&mut builder, (0.58, 0.88), (0.06, 0.52), 0.978, 0.06);
+    window_band(&mut builder, (0.58, 0.88), (0.06, 0.52), 0.978, 0.06, Material::TruckWindow);
     lamps(&mut builder, Shape::Truck);
     builder.finish()
 }
@@ -100,20 +100,22 @@ pub(crate) fn bus() -> Mesh {
     );
     for at in 0..7 {
         let x = -0.92 + 0.262 * at as f32;
-        window_band(&mut builder, (x, x + 0.24), (-0.05, 0.66), 1.004, 0.0);
+        window_band(&mut builder, (x, x + 0.24), (-0.05, 0.66), 1.004, 0.0, Material::BusWindow);
     }
     let front = |y: f32, z: f32| Vec3::new(1.012, y, z);
     let screen = [front(-0.88, -0.22), front(0.88, -0.22), front(0.86, 0.66), front(-0.86, 0.66)];
-    builder.quad(screen, Material::CabinGlass);
-    back_window(&mut builder, (-0.8, 0.8), (0.1, 0.66));
+    builder.quad(screen, Material::BusWindow);
+    back_window(&mut builder, (-0.8, 0.8), (0.1, 0.66), Material::BusWindow);
     lamps(&mut builder, Shape::Bus);
     builder.finish()
 }
 
-fn back_window(builder: &mut MeshBuilder, (right, left): (f32, f32), (low, high): (f32, f32)) {
+fn back_window(
+    builder: &mut MeshBuilder,
+    (right, left): (f32, f32),
+    (low, high): (f32, f32),
+    material: Material,
+) {
     let at = |y: f32, z: f32| Vec3::new(-1.012, y, z);
-    builder.quad(
-        [at(left, low), at(right, low), at(right, high), at(left, high)],
-        Material::CabinGlass,
-    );
+    builder.quad([at(left, low), at(right, low), at(right, high), at(left, high)], material);
 }

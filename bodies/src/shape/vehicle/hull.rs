@@ -38,14 +38,18 @@ pub(super) fn hull(builder: &mut MeshBuilder, stations: &[Station]) {
             let sill = |station: &Station, up: f32, out: f32| {
                 Vec3::new(station.x, side * station.half_width * out, station.low_z + up)
             };
-            let strip = [
-                sill(from, -0.01, 0.96),
-                sill(to, -0.01, 0.96),
-                sill(to, 0.09, 1.0),
-                sill(from, 0.09, 1.0),
-            ];
-            let [a, b, c, d] = strip;
-            builder.quad(if side > 0.0 { [b, a, d, c] } else { strip }, Material::BlackPlastic);
+            // Up the sill, then back to the hull, or one could look down behind it.
+            let edges = [(-0.01, 0.96), (0.09, 1.0), (0.12, 0.94)];
+            for (low, high) in edges.iter().zip(edges.iter().skip(1)) {
+                let strip = [
+                    sill(from, low.0, low.1),
+                    sill(to, low.0, low.1),
+                    sill(to, high.0, high.1),
+                    sill(from, high.0, high.1),
+                ];
+                let [a, b, c, d] = strip;
+                builder.quad(if side > 0.0 { [b, a, d, c] } else { strip }, Material::BlackPlastic);
+            }
         }
     }
 }

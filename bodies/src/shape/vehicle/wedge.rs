@@ -34,7 +34,7 @@ pub(crate) fn wedge() -> Mesh {
     let screen = |x: f32, y: f32| Vec3::new(x + 0.006, y, roof_z(x) + 0.012);
     builder.quad(
         [screen(0.60, -0.78), screen(0.60, 0.78), screen(0.10, 0.78), screen(0.10, -0.78)],
-        Material::CabinGlass,
+        Material::CarWindow,
     );
     for side in [-1.0f32, 1.0] {
         let at = |x: f32, below: f32| Vec3::new(x, side * 1.004, roof_z(x) - below);
@@ -43,7 +43,7 @@ pub(crate) fn wedge() -> Mesh {
             [at(0.04, 0.50), at(0.50, 0.20), at(0.50, 0.14), at(0.04, 0.14)],
         ] {
             let [a, b, c, d] = window;
-            builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, Material::CabinGlass);
+            builder.quad(if side > 0.0 { [b, a, d, c] } else { window }, Material::CarWindow);
         }
     }
     lamps(&mut builder, Shape::Wedge);

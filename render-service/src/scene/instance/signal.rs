@@ -1,6 +1,8 @@
 //! Traffic lights and signs of a map: posts with lamps or boards, placed once per map. Which lamp
 //! is lit is a colour of an instance, so that it changes without any geometry.
 
+use std::f32::consts::{FRAC_PI_4, PI};
+
 use bodies::{Placer, Shape, glowing, linear, opaque};
 use nalgebra::Matrix4;
 use roads::{Carried, Landmark, Post};
@@ -126,17 +128,26 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
 }
 
 fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {
-    let (shape, colour) = match signal_type {
-        "206" => (Shape::StopSign, 0xb01218),
-        "205" => (Shape::YieldSign, 0xc01820),
-        "274" => (Shape::RoundSign, 0xc01820),
-        _ => (Shape::SquareSign, 0x1c4fa0),
+    let (shape, colour, turn_rad) = match signal_type {
+        "206" => (Shape::StopSign, 0xb01218, 0.0),
+        "205" => (Shape::YieldSign, 0xc01820, 0.0),
+        "274" => (Shape::RoundSign, 0xc01820, 0.0),
+        "306" => (Shape::SquareSign, 0xf0b010, FRAC_PI_4),
+        danger if is_danger(danger) => (Shape::YieldSign, 0xc01820, PI),
+        _ => (Shape::SquareSign, 0x1c4fa0, 0.0),
     };
     let half_m: Vec3 = post.carried_half_m.cast();
     let middle_m: Vec3 = post.post_from_carried.vector.cast();
     let size = Vec3::new(BOARD_STRETCH, half_m.y, half_m.z);
-    let board = Matrix4::new_translation(&middle_m) * Matrix4::new_nonuniform_scaling(&size);
+    let board = Matrix4::new_translation(&middle_m)
+        * Matrix4::new_nonuniform_scaling(&size)
+        * Matrix4::from_axis_angle(&Vec3::x_axis(), turn_rad);
     placer.put(shape, board, [opaque(linear(colour)); 4]);
+}
+
+/// Whether a sign warns of something: Germany's 101 to 199.
+fn is_danger(signal_type: &str) -> bool {
+    signal_type.parse().is_ok_and(|number: u32| (101..200).contains(&number))
 }
 
 /// What a speed limit allows, in its own unit.
@@ -150,11 +161,16 @@ fn limit(landmark: &Landmark) -> Option<u32> {
 fn put_number(placer: &mut Placer, post: &Post, number: u32) {
     let half_m: Vec3 = post.carried_half_m.cast();
     let middle_m: Vec3 = post.post_from_carried.vector.cast();
-    for Stroke { middle: [right, up], half: [wide, tall] } in strokes(number) {
+    for Stroke { middle: [right, up], along, half: [length, width] } in strokes(number) {
         // Left is y; whoever reads it looks along x.
-        let at = middle_m + Vec3::new(NUMBER_X_M, -right * half_m.y, up * half_m.z);
-        let size = Vec3::new(NUMBER_HALF_THICK_M, wide * half_m.y, tall * half_m.z);
-        let stroke = Matrix4::new_translation(&at) * Matrix4::new_nonuniform_scaling(&size);
+        let on_board = |right: f32, up: f32| Vec3::new(0.0, -right * half_m.y, up * half_m.z);
+        let at = middle_m + Vec3::new(NUMBER_X_M, 0.0, 0.0) + on_board(right, up);
+        let stroke = Matrix4::from_columns(&[
+            Vec3::new(NUMBER_HALF_THICK_M, 0.0, 0.0).push(0.0),
+            on_board(-along[0] * length, -along[1] * length).push(0.0),
+            on_board(-along[1] * width, along[0] * width).push(0.0),
+            at.push(1.0),
+        ]);
         placer.put(Shape::Block, stroke, [opaque([0.012; 3]); 4]);
     }
 }
