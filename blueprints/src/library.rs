@@ -40,10 +40,8 @@ pub fn get(index: u16) -> Option<&'static Blueprint> {
 
 /// What a client keeps in the world without a body.
 fn bodyless() -> impl Iterator<Item = Blueprint> {
-    let plain = |id: &str, class: Class, listed: bool| {
-        Blueprint::new(id, class, listed, common(id, &["default"]))
-    };
-    let mut trigger = plain("static.trigger.friction", Class::Trigger, true);
+    let plain = |id: &str, class: Class| Blueprint::new(id, class, true, common(id, &["default"]));
+    let mut trigger = plain("static.trigger.friction", Class::Trigger);
     let number = |id, value| Attribute::open(id, AttributeKind::Float, &[value]);
     trigger.attributes.extend([
         number("friction", "3.5"),
@@ -52,9 +50,9 @@ fn bodyless() -> impl Iterator<Item = Blueprint> {
         number("extent_z", "1.0"),
     ]);
     [
-        plain("controller.ai.walker", Class::Controller, true),
-        plain("spectator", Class::Spectator, false),
-        plain("util.actor.empty", Class::Empty, true),
+        plain("controller.ai.walker", Class::Controller),
+        Blueprint::new("spectator", Class::Spectator, false, Vec::new()),
+        plain("util.actor.empty", Class::Empty),
         trigger,
     ]
     .into_iter()

@@ -1,6 +1,6 @@
-//! Lights and signs: actors that the map places, so the library does not list them.
+//! Lights and signs: actors that the map places, so the library does not list them, and without
+//! attributes.
 
-use crate::attribute::common;
 use crate::{Blueprint, Class};
 
 /// Highest speed that a sign posts, in kilometres or miles per hour.
@@ -14,5 +14,5 @@ pub(crate) fn blueprints() -> impl Iterator<Item = Blueprint> {
     std::iter::once(("traffic.traffic_light".to_owned(), Class::TrafficLight))
         .chain(signs)
         .chain(speeds)
-        .map(|(id, class)| Blueprint::new(&id, class, false, common(&id, &["default"])))
+        .map(|(id, class)| Blueprint::new(&id, class, false, Vec::new()))
 }

@@ -60,7 +60,10 @@ fn attributes_fit_into_a_message_and_have_names_of_their_own() {
             blueprint.attributes.iter().map(|attribute| attribute.id).collect();
         ids.sort_unstable();
         assert!(ids.windows(2).all(|pair| pair[0] != pair[1]), "{}: {ids:?}", blueprint.id);
-        assert!(blueprint.attribute("role_name").is_some(), "{}", blueprint.id);
+        // Lights, signs and the spectator have none, as in CARLA.
+        let is_of_map = blueprint.id == "spectator" || blueprint.id.starts_with("traffic.");
+        assert_eq!(blueprint.attributes.is_empty(), is_of_map, "{}", blueprint.id);
+        assert_eq!(blueprint.attribute("role_name").is_none(), is_of_map, "{}", blueprint.id);
     }
 }
 

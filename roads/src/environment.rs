@@ -58,6 +58,7 @@ enum Origin {
     Object = 2,
     Signal = 3,
     FarSide = 4,
+    Post = 5,
 }
 
 /// From the origin, the road and the position there.
@@ -81,7 +82,8 @@ pub(crate) fn list<'m>(
     signals: impl Iterator<Item = (&'m String, &'m Signal, &'m SignalPose)>,
     posts: impl Iterator<Item = Standing<'m>>,
 ) -> Vec<EnvironmentObject> {
-    let (far_side, near): (Vec<_>, Vec<_>) = posts.partition(|one| one.post.is_far_side);
+    let posts: Vec<Standing<'_>> = posts.collect();
+    let (far_side, near): (Vec<_>, Vec<_>) = posts.iter().partition(|one| one.post.is_far_side);
     let post_of: BTreeMap<&str, u32> = near.iter().map(|one| (one.signal, one.place)).collect();
     let mut found = Vec::new();
     let mut scenery_count = 0;
@@ -100,6 +102,7 @@ pub(crate) fn list<'m>(
     }));
     let far_side = far_side.iter().enumerate();
     found.extend(far_side.map(|(position, one)| far_side_light(one, position)));
+    found.extend(posts.iter().enumerate().map(|(position, one)| pole(one, position)));
     found.sort_by_key(|object| object.id);
     found
 }
@@ -238,6 +241,23 @@ fn far_side_light(standing: &Standing<'_>, position: usize) -> EnvironmentObject
         id: id(Origin::FarSide, road, position),
         name: format!("TrafficLight_{signal}_far"),
         label: SemanticTag::TrafficLight,
+        layer: MapLayer::Props,
+        pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
+        half_extent_m,
+        scenery: None,
+        post: Some(place),
+    }
+}
+
+/// The post of a light or sign from its foot to its top; it goes with what it carries.
+fn pole(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
+    let Standing { signal, road, place, post } = *standing;
+    let half_extent_m = Vector3::new(post.radius_m, post.radius_m, post.top_m / 2.0);
+    let far = if post.is_far_side { "_far" } else { "" };
+    EnvironmentObject {
+        id: id(Origin::Post, road, position),
+        name: format!("Pole_{signal}{far}"),
+        label: SemanticTag::Poles,
         layer: MapLayer::Props,
         pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
         half_extent_m,

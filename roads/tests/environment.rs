@@ -81,6 +81,9 @@ fn lights_and_signs_are_listed_with_the_labels_of_theirs() {
     // Near their line and beyond the junction.
     let lights = town05.traffic_lights().lights.len();
     assert_eq!(count(&town05, SemanticTag::TrafficLight), 2 * lights);
+    let lamps = town05.environment_objects().iter();
+    let lamps = lamps.filter(|object| object.layer == MapLayer::StreetLights).count();
+    assert_eq!(count(&town05, SemanticTag::Poles), town05.posts().len() + lamps);
     assert!(count(&town("Town07"), SemanticTag::TrafficSigns) > 10);
     assert!(count(&town("Town04"), SemanticTag::GuardRail) > 20);
 }

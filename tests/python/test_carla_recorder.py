@@ -73,6 +73,9 @@ def test_actors_are_told_with_class_number_and_attributes(client, world, tmp_pat
     assert attributes["number_of_wheels"] == (2, "4")
     class_, place, _, blueprint, _ = adds[camera.id]
     assert (class_, blueprint) == (5, "sensor.other.gnss")
+    of_map = [*world.get_actors().filter("traffic.*"), world.get_spectator()]
+    assert not any(one.attributes for one in of_map)
+    assert not any(adds[one.id][-1] for one in of_map)
     assert place[:3] == pytest.approx((-590, 0, 250), abs=0.5)
     assert (camera.id, car.id) in log.frames[1].records[carla_log.PARENT]
     assert log.frames[1].records[carla_log.DOOR] == [(car.id, 1, 1)]

@@ -9,6 +9,7 @@ from running_site import two_free_ports
 
 RED = carla.TrafficLightState.Red
 LIGHT, SIGN = carla.CityObjectLabel.TrafficLight, carla.CityObjectLabel.TrafficSigns
+POLE = carla.CityObjectLabel.Poles
 
 
 def lights_of(world: carla.World) -> list[carla.TrafficLight]:
@@ -55,6 +56,29 @@ def test_boxes_of_lights_in_the_level_are_those_of_their_lamps(world):
     assert sorted(corners(objects)) == sorted(corners(lamps))
     of_signs = {box.actor_id for box in world.get_level_bbs(SIGN)}
     assert of_signs and of_signs <= {one.id for one in world.get_actors().filter("traffic.*")}
+
+
+def test_posts_of_lights_and_signs_are_poles_in_the_level(world):
+    signals = {one.id: one for one in world.get_actors().filter("traffic.*")}
+    boxes = [box for box in world.get_level_bbs(POLE) if box.actor_id in signals]
+    assert {box.actor_id for box in boxes} == {one.id for one in lights_of(world)} | {
+        box.actor_id for box in world.get_level_bbs(SIGN)
+    }
+    met = 0
+    for box in boxes[:20]:
+        assert box.extent.x < 0.1 and box.extent.z > 0.5
+        start = box.location + carla.Location(x=2.0)
+        hit = world.project_point(start, carla.Vector3D(x=-1.0), 4.0)
+        met += hit is not None and hit.label == POLE
+        lamps = [top for top in world.get_level_bbs() if top.actor_id == box.actor_id]
+        assert any(top.location.distance_2d(box.location) < 0.5 for top in lamps if top != box)
+    assert met > 10, "others stand behind something"
+    light, *_ = lights_of(world)
+    own = sum(box.actor_id == light.id for box in boxes)
+    assert own and light.destroy()
+    world.tick()
+    left = [box for box in world.get_level_bbs(POLE) if box.actor_id in signals]
+    assert len(left) == len(boxes) - own
 
 
 def test_a_destroyed_light_is_gone_for_everyone(world):

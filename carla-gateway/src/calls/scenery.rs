@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use roads::Post;
-use schemas::{ActorKind, ActorState, Command, Pose, SceneryCommand, Translation3, Vec3, limits};
+use schemas::{
+    ActorKind, ActorState, Command, Pose, SceneryCommand, SemanticTag, Translation3, Vec3, limits,
+};
 
 use super::lights;
 use crate::dialect::{ActorRef, BoundingBox, EnvironmentObject, Transform, Vector3D};
@@ -74,24 +76,23 @@ pub(super) fn objects(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<Environmen
     };
     let loaded = objects.filter(is_there);
     let wanted = loaded.filter(|object| tag == ANY_TAG || object.label.number() == tag);
-    let at_tops = boxes_at_tops(episode);
+    let standing = posts_with_actors(episode);
     let told = wanted.map(|object| {
-        let at_top = object.post.and_then(|place| at_tops.get(&place));
-        told(object, at_top.copied())
+        let standing = object.post.and_then(|place| standing.get(&place));
+        told(object, standing.copied())
     });
     Ok(told.collect())
 }
 
-/// Boxes of what posts of lights and signs carry, by the places of the posts: the post itself is
-/// not part of a light, as in CARLA.
-fn boxes_at_tops(episode: &Episode) -> BTreeMap<u32, BoundingBox> {
+/// The posts of lights and signs with those whose they are, by their places.
+fn posts_with_actors(episode: &Episode) -> BTreeMap<u32, (&Post, ActorRef)> {
     let landmarks = episode.map.landmarks();
     let actor = |state: &ActorState| Some((episode.signal(state.id)?, state.id.into()));
     let actors: BTreeMap<&str, ActorRef> = episode.states().filter_map(actor).collect();
     let posts = episode.map.posts_with_places().map(|(place, post)| {
         let signal = landmarks.get(post.landmark).map(|landmark| landmark.id.as_str());
         let actor = signal.and_then(|signal| actors.get(signal));
-        (place, lights::box_at_top(post, actor.copied().unwrap_or(ActorRef::NOBODY)))
+        (place, (post, actor.copied().unwrap_or(ActorRef::NOBODY)))
     });
     posts.collect()
 }
@@ -139,19 +140,28 @@ fn boxes_of_actors(endpoint: &mut Endpoint, tag: u8) -> Result<Vec<BoundingBox>,
     Ok(in_world.collect())
 }
 
-fn told(object: &roads::EnvironmentObject, at_top: Option<BoundingBox>) -> EnvironmentObject {
+/// As in CARLA a post is a pole and not part of its light or sign, whose box is at its top.
+fn told(
+    object: &roads::EnvironmentObject,
+    standing: Option<(&Post, ActorRef)>,
+) -> EnvironmentObject {
     let pose: Pose = object.pose.cast();
     let half_m: Vec3 = object.half_extent_m.cast();
     let placed = Transform::of(&pose);
     let foot = pose * Translation3::new(0.0, 0.0, -half_m.z);
+    let own_box = |actor_id| BoundingBox {
+        location: placed.location,
+        extent: Vector3D::size(half_m),
+        rotation: placed.rotation,
+        actor_id,
+    };
     EnvironmentObject {
         transform: Transform::of(&foot),
-        bounding_box: at_top.unwrap_or(BoundingBox {
-            location: placed.location,
-            extent: Vector3D::size(half_m),
-            rotation: placed.rotation,
-            actor_id: ActorRef::NOBODY,
-        }),
+        bounding_box: match standing {
+            Some((_, actor)) if object.label == SemanticTag::Poles => own_box(actor),
+            Some((post, actor)) => lights::box_at_top(post, actor),
+            None => own_box(ActorRef::NOBODY),
+        },
         id: object.id,
         name: object.name.clone(),
         tag: object.label.number(),

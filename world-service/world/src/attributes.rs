@@ -52,7 +52,8 @@ pub(crate) fn colour_rgb(attributes: &[Attribute]) -> Result<Option<u32>, Error>
     Ok(Some(u32::from_be_bytes([0, red, green, blue])))
 }
 
-/// Those given at the spawn, with the role and the paint of an actor that were not.
+/// Those given at the spawn, with the role and the paint of an actor that were not. What belongs to
+/// the map has no role.
 pub(crate) fn complete(actor: &Actor) -> Vec<Attribute> {
     let mut all = actor.attributes.clone();
     let mut add = |id: &str, value: String| {
@@ -60,7 +61,9 @@ pub(crate) fn complete(actor: &Actor) -> Vec<Attribute> {
             all.push(Attribute { id: id.to_owned(), value });
         }
     };
-    add("role_name", "default".to_owned());
+    if actor.blueprint().attribute("role_name").is_some() {
+        add("role_name", "default".to_owned());
+    }
     if actor.vehicle.is_some() {
         let [_, red, green, blue] = actor.colour_rgb.to_be_bytes();
         add("color", format!("{red},{green},{blue}"));

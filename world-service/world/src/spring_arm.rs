@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, RealField, Rotation3};
 use schemas::{AttachmentKind, Pose, UnitQuaternion, Vec3};
 
 use crate::body::{Attached, Body};
-use crate::rays::{Ray, RayScene, Stack};
+use crate::rays::{Ray, RayScene, Sweep};
 use crate::town::Town;
 use crate::world::State;
 
@@ -23,7 +23,7 @@ const STEP_SECS_MAX: f32 = 1.0 / 60.0;
 const REST_SECS: f32 = 1.0e-4;
 /// How much higher the arm of a `SpringArm` is, so that it clears bumps: CARLA's `TargetOffset`.
 const LIFT_M: f32 = 0.3;
-/// Room that the end of a `SpringArm` keeps to what is in its way: Unreal Engine's `ProbeSize`.
+/// Radius of the ball that has to have room along a `SpringArm`: Unreal Engine's `ProbeSize`.
 const PROBE_M: f32 = 0.12;
 /// Shorter arms have no direction.
 const LENGTH_M_MIN: f32 = 1.0e-4;
@@ -47,8 +47,8 @@ pub(crate) fn follow(attached: &Attached, parent: &Pose, dt_secs: f32) -> Pose {
 }
 
 impl State {
-    /// Brings what hangs on a `SpringArm` before whatever is in its way; a `SpringArmGhost` goes
-    /// through. CARLA moves a ball along the arm, this a ray.
+    /// Brings what hangs on a `SpringArm` before whatever a ball meets that moves along it; a
+    /// `SpringArmGhost` goes through.
     pub(crate) fn draw_in_spring_arms(&mut self, town: &Town) {
         for index in 0..self.actors.len() {
             let Body::Attached(attached) = &self.actors[index].body else { continue };
@@ -68,10 +68,11 @@ impl State {
         let origin_m = origin_m(attached.to.kind, &self.pose_of(parent));
         let arm_m = attached.world_from_actor.translation.vector - origin_m;
         let ray = Ray::new(origin_m, arm_m.try_normalize(LENGTH_M_MIN)?);
+        let ball = Sweep { ray, radius_m: PROBE_M, reach_m: arm_m.norm() };
         let actors = self.actors_but(&[parent.id]);
         let scene = RayScene { town: &town.rays, hidden: &self.hidden, actors: &actors };
-        let hit = scene.nearest(&ray, arm_m.norm() + PROBE_M, &mut Stack::new())?;
-        Some(ray.at((hit.distance_m - PROBE_M).max(0.0)))
+        let touch = scene.sweep(&ball, true, None)?;
+        Some(ray.at(touch.distance_m))
     }
 }
 

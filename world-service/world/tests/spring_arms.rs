@@ -50,3 +50,18 @@ fn a_wall_draws_a_spring_arm_in_but_for_a_ghost() {
         assert!(ahead_m.contains(&found_m), "{kind:?}: {found_m}");
     }
 }
+
+#[test]
+fn a_spring_arm_keeps_the_room_of_a_ball_to_what_it_passes() {
+    let mut world = world();
+    let car = car(&mut world, 590.0, 0.0);
+    // The arm itself passes 6 cm above the edge of the wall: 9.5 m ahead and 3 m high.
+    let mount = level_pose(Vec3::new(12.0, 0.0, 3.486), 0.0);
+    let camera = attached("sensor.camera.rgb", mount, car, AttachmentKind::SpringArm);
+    let camera = world.apply(&camera).unwrap().unwrap();
+    run(&mut world, 20);
+    let ahead_m = position_m(&world, camera) - position_m(&world, car);
+    assert!((9.3..9.5).contains(&ahead_m.x), "{ahead_m}");
+    let to_edge_m = (Vec3::new(9.5, 0.0, 3.0) - ahead_m).xz().norm();
+    assert!((to_edge_m - 0.12).abs() < 0.02, "{to_edge_m}");
+}

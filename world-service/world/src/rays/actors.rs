@@ -150,7 +150,7 @@ impl Actors {
             let Parts { parts, bvh } = actor.parts(self.sim_secs);
             bvh.overlapping(bounds, |part| {
                 let part = &parts[part as usize];
-                part.mesh.triangles_near(&part.in_shape(bounds), |corners| {
+                part.mesh.triangles_near(&part.in_shape(bounds), |corners, _| {
                     visit(id, part.tag, corners.map(|corner| part.in_world_m(corner)));
                 });
             });

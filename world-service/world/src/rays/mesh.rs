@@ -126,13 +126,16 @@ impl Mesh {
         });
     }
 
-    /// Visits the corners of triangles near a box.
-    pub(crate) fn triangles_near(&self, bounds: &Bounds, mut visit: impl FnMut([Vec3; 3])) {
+    /// Visits the corners of triangles near a box, with their tags.
+    pub(crate) fn triangles_near(&self, bounds: &Bounds, mut visit: impl FnMut([Vec3; 3], u8)) {
         self.bvh.overlapping(bounds, |pack| {
             let pack = &self.packs[pack as usize];
-            let triangles = (0..pack.count).map(|lane| pack.corners(lane));
-            let near = triangles.filter(|corners| Bounds::around(*corners).overlaps(bounds));
-            near.for_each(&mut visit);
+            for lane in 0..pack.count {
+                let corners = pack.corners(lane);
+                if Bounds::around(corners).overlaps(bounds) {
+                    visit(corners, pack.tags[lane]);
+                }
+            }
         });
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct Touch {
     pub distance_m: f32,
     /// CARLA's semantic tag.
     pub tag: u8,
-    /// `None` for scenery.
+    /// `None` for ground and scenery.
     pub actor: Option<ActorId>,
 }
 
@@ -32,17 +32,17 @@ pub(crate) struct Sweep {
 }
 
 impl RayScene<'_> {
-    /// What a ball touches first, scenery only if `with_scenery`. Never the ground, which is no
-    /// obstacle, nor crowns of trees, nor the actor `except`.
+    /// What a ball touches first, ground and scenery only if `with_map`. Never crowns of trees, nor
+    /// the actor `except`.
     pub(crate) fn sweep(
         &self,
         sweep: &Sweep,
-        with_scenery: bool,
+        with_map: bool,
         except: Option<ActorId>,
     ) -> Option<Touch> {
         let mut nearest: Option<Touch> = None;
         let mut consider = |touch: Touch| {
-            // Of things equally far the one with the smallest id, then scenery.
+            // Of things equally far the one with the smallest id, then the map.
             let key = |touch: &Touch| order(touch.actor);
             let is_first = nearest.is_none_or(|nearest| {
                 let order = touch.distance_m.total_cmp(&nearest.distance_m);
@@ -58,7 +58,13 @@ impl RayScene<'_> {
             let touch = |distance_m| Touch { distance_m, tag, actor: Some(id) };
             distance_m.map(touch).into_iter().for_each(&mut consider);
         });
-        if with_scenery {
+        if with_map {
+            self.town.ground().triangles_near(&bounds, |corners, tag| {
+                let distance_m =
+                    sweep.touches(|point_m| Some(triangle::closest_m(corners, point_m)));
+                let touch = |distance_m| Touch { distance_m, tag, actor: None };
+                distance_m.map(touch).into_iter().for_each(&mut consider);
+            });
             self.town.scenery().overlapping(&bounds, self.hidden, |solid| {
                 let distance_m = sweep.touches(|point_m| solid.closest_m(point_m));
                 let touch = |distance_m| Touch { distance_m, tag: solid.tag, actor: None };

@@ -7,8 +7,8 @@ use super::config::{RANGE_M_MAX, Settings};
 use super::mount::{Mount, Surroundings};
 use crate::rays::{Ray, Sweep};
 
-/// CARLA's attributes: a ball of `radius_m` that moves forward from the sensor. The road is no
-/// obstacle.
+/// CARLA's attributes: a ball of `radius_m` that moves forward from the sensor. `only_dynamics`
+/// leaves out ground and scenery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Obstacle {
     distance_m: f32,

@@ -1,15 +1,17 @@
 //! Collision, obstacle and lane invasion.
 
+use std::f32::consts::FRAC_PI_6;
 use std::sync::Arc;
 
 use roads::Map;
-use schemas::{ActorId, BodyCommand, Command, Measurement, Pose, Vec3, level_pose};
+use schemas::{ActorId, BodyCommand, Command, Measurement, Pose, UnitQuaternion, Vec3, level_pose};
 use world::{Town, World};
 
 use crate::common::*;
 use crate::support::*;
 
 // Tags of CARLA.
+const ROAD: u8 = 1;
 const WALL: u8 = 4;
 const WALKER: u8 = 12;
 const CAR: u8 = 14;
@@ -46,12 +48,24 @@ fn an_obstacle_sensor_tells_how_far_its_ball_can_move() {
 }
 
 #[test]
-fn an_obstacle_sensor_does_not_see_its_own_carrier_nor_the_road() {
+fn an_obstacle_sensor_meets_the_road_and_not_its_own_carrier() {
     let mut world = world();
     let car = car(&mut world, 0.0, 0.0);
-    let sensor = sensor(&mut world, "sensor.other.obstacle", Some(car), Pose::identity(), &[]);
+    let kind = "sensor.other.obstacle";
+    // Its ball is in the road from the beginning.
+    let low = sensor(&mut world, kind, Some(car), Pose::identity(), &[]);
+    let dynamic = [("only_dynamics", "true")];
+    let dynamic = sensor(&mut world, kind, Some(car), Pose::identity(), &dynamic);
+    let at_m = Vec3::new(100.0, LANE_Y_M, 3.0);
+    let down = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), FRAC_PI_6);
+    let down = Pose::from_parts(at_m.into(), down);
+    let down = sensor(&mut world, kind, None, down, &[("distance", "10")]);
     run(&mut world, 10);
-    assert_eq!(obstacle(&world, sensor), None);
+    assert_eq!(obstacle(&world, low), Some((None, ROAD, 0.0)));
+    assert_eq!(obstacle(&world, dynamic), None);
+    let (other, tag, distance_m) = obstacle(&world, down).expect("it looks down on the road");
+    assert_eq!((other, tag), (None, ROAD));
+    assert!((distance_m - 5.0).abs() < 1.0e-3, "(3 m - 0.5 m) / sin 30°: {distance_m}");
 }
 
 /// Other, tag and impulse of every event of the last tick.
