@@ -61,7 +61,8 @@ pub(crate) fn complete(actor: &Actor) -> Vec<Attribute> {
             all.push(Attribute { id: id.to_owned(), value });
         }
     };
-    if actor.blueprint().attribute("role_name").is_some() {
+    let blueprint = blueprints::find(&actor.blueprint().id);
+    if blueprint.is_some_and(|known| known.attribute("role_name").is_some()) {
         add("role_name", "default".to_owned());
     }
     if actor.vehicle.is_some() {
