@@ -40,39 +40,46 @@ impl RayScene<'_> {
         with_map: bool,
         except: Option<ActorId>,
     ) -> Option<Touch> {
-        let mut nearest: Option<Touch> = None;
-        let mut consider = |touch: Touch| {
-            // Of things equally far the one with the smallest id, then the map.
-            let key = |touch: &Touch| order(touch.actor);
-            let is_first = nearest.is_none_or(|nearest| {
-                let order = touch.distance_m.total_cmp(&nearest.distance_m);
-                order.then(key(&touch).cmp(&key(&nearest))).is_lt()
+        let mut nearest: Option<(Meeting, Touch)> = None;
+        let mut consider = |meeting: Option<Meeting>, tag: u8, actor: Option<ActorId>| {
+            let Some(meeting) = meeting.filter(|meeting| meeting.moved_m <= sweep.reach_m) else {
+                return;
+            };
+            // Of things equally far the one deepest in the ball, then of the smallest id.
+            let is_first = nearest.is_none_or(|(other, touch)| {
+                let by_way = other.moved_m.total_cmp(&meeting.moved_m);
+                let by_depth = other.apart_m.total_cmp(&meeting.apart_m);
+                by_way.then(by_depth).then(order(touch.actor).cmp(&order(actor))).is_gt()
             });
-            if touch.distance_m <= sweep.reach_m && is_first {
-                nearest = Some(touch);
+            if is_first {
+                nearest = Some((meeting, Touch { distance_m: meeting.moved_m, tag, actor }));
             }
         };
         let bounds = sweep.bounds();
+        let of_triangle =
+            |corners| sweep.meets(|point_m| Some(triangle::closest_m(corners, point_m)));
         self.actors.triangles_near(&bounds, except, |id, tag, corners| {
-            let distance_m = sweep.touches(|point_m| Some(triangle::closest_m(corners, point_m)));
-            let touch = |distance_m| Touch { distance_m, tag, actor: Some(id) };
-            distance_m.map(touch).into_iter().for_each(&mut consider);
+            consider(of_triangle(corners), tag, Some(id));
         });
         if with_map {
             self.town.ground().triangles_near(&bounds, |corners, tag| {
-                let distance_m =
-                    sweep.touches(|point_m| Some(triangle::closest_m(corners, point_m)));
-                let touch = |distance_m| Touch { distance_m, tag, actor: None };
-                distance_m.map(touch).into_iter().for_each(&mut consider);
+                consider(of_triangle(corners), tag, None);
             });
             self.town.scenery().overlapping(&bounds, self.hidden, |solid| {
-                let distance_m = sweep.touches(|point_m| solid.closest_m(point_m));
-                let touch = |distance_m| Touch { distance_m, tag: solid.tag, actor: None };
-                distance_m.map(touch).into_iter().for_each(&mut consider);
+                consider(sweep.meets(|point_m| solid.closest_m(point_m)), solid.tag, None);
             });
         }
-        nearest
+        nearest.map(|(_, touch)| touch)
     }
+}
+
+/// Where a ball meets a shape.
+#[derive(Clone, Copy, Debug)]
+struct Meeting {
+    /// How far it moved until then.
+    moved_m: f32,
+    /// From its centre to the shape: its radius, or less where it begins in the shape.
+    apart_m: f32,
 }
 
 fn order(actor: Option<ActorId>) -> u32 {
@@ -84,23 +91,22 @@ impl Sweep {
         Bounds::around([self.ray.origin_m, self.ray.at(self.reach_m)]).grown(self.radius_m)
     }
 
-    /// How far the ball moves until it touches a convex shape, of which the point closest to
-    /// another one is known.
+    /// Where the ball touches a convex shape, of which the point closest to another one is known.
     ///
     /// The distance from a point of a line to a convex shape is a convex function along the line,
     /// so Newton's method from the near end never steps beyond the touch, and once the distance
     /// does not fall any more there is none.
-    fn touches(&self, closest_m: impl Fn(Vec3) -> Option<Vec3>) -> Option<f32> {
-        let mut moved_m = 0.0;
+    fn meets(&self, closest_m: impl Fn(Vec3) -> Option<Vec3>) -> Option<Meeting> {
+        let (mut moved_m, mut apart_m) = (0.0, self.radius_m);
         for _ in 0..STEPS_MAX {
             let centre_m = self.ray.at(moved_m);
             let out_m: Vec3 = centre_m - closest_m(centre_m)?;
-            let distance_m = out_m.norm();
-            let gap_m = distance_m - self.radius_m;
+            apart_m = out_m.norm();
+            let gap_m = apart_m - self.radius_m;
             if gap_m <= TOUCH_M {
-                return Some(moved_m);
+                break;
             }
-            let approach = -out_m.dot(&self.ray.direction) / distance_m;
+            let approach = -out_m.dot(&self.ray.direction) / apart_m;
             if approach <= 0.0 {
                 return None;
             }
@@ -109,6 +115,6 @@ impl Sweep {
                 return None;
             }
         }
-        Some(moved_m)
+        Some(Meeting { moved_m, apart_m })
     }
 }
