@@ -143,6 +143,9 @@ def test_too_little_success_and_bad_input_have_their_exit_codes(tmp_path):
         (("--policies", "car=follow", "car=forward"), "--policies has car twice"),
         (("--seeds", 1, 2, 1), "--seeds has 1 twice"),
         (("--towns", "Town02", "Town02"), "--towns has Town02 twice"),
+        (("--seeds", -1), "wanted seeds from 0 to 18446744073708, found -1"),
+        (("--seeds", 2**60), f"found {2**60}"),
+        (("--training-towns", "Town01", "Twon03"), "--training-towns: wanted Town01, "),
     ]:
         refused = evaluate(*arguments)
         assert refused.returncode == 2 and words in refused.stderr, refused.stderr

@@ -12,12 +12,17 @@ import io
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
 
-import gymnasium
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
+from causeway.extras import missing
 from causeway.openenv import DEFAULT_BASE_URL, Session, Step
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    raise missing("gym", error) from error
 
 #: What each action of the discrete space sends, by index.
 DISCRETE_ACTIONS: tuple[tuple[str, dict[str, Any]], ...] = (

@@ -6,9 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
+from causeway.extras import missing
 from causeway.rollout import ACTION_WIDTH, Batch
+
+try:
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    raise missing("gym", error) from error
 
 
 def observation_space(batch: Batch) -> spaces.Box[np.float32]:

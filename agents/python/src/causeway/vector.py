@@ -14,14 +14,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import gymnasium
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from causeway.extras import missing
 from causeway.rollout import Autoreset, Batch
-from causeway.spaces import action_space, observation_space, with_own
+
+try:
+    import gymnasium
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+
+    from causeway.spaces import action_space, observation_space, with_own
+except ModuleNotFoundError as error:
+    raise missing("gym", error) from error
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]

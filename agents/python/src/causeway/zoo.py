@@ -14,12 +14,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
-from pettingzoo import ParallelEnv
 
+from causeway.extras import missing
 from causeway.rollout import ACTION_WIDTH, Batch
-from causeway.spaces import action_space, observation_space, with_own
+
+try:
+    from gymnasium import spaces
+    from pettingzoo import ParallelEnv
+
+    from causeway.spaces import action_space, observation_space, with_own
+except ModuleNotFoundError as error:
+    raise missing("zoo", error) from error
+
 
 Floats = NDArray[np.float32]
 Info = dict[str, Any]

@@ -6,12 +6,13 @@ Writes `results.json` and `report.html` to the folder of `--out`.
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from causeway import policy
+from causeway import policy, program
 from causeway.commands import add_engine, ended, engine, want_folder
 from causeway.evaluate.compare import compare, sentences, want_common
 from causeway.evaluate.conditions import by_condition
@@ -70,6 +71,7 @@ def evaluate(options: argparse.Namespace) -> int:
     _once("policies", [name for name, _ in policies], "; NAME=FILE.npz gives a file another name")
     for flag in ("tasks", "towns", "weathers", "tiers", "seeds"):
         _once(flag, getattr(options, flag))
+    _want_towns(options)
     cells = [
         (Cell(task, town, tier, name, weathers), driver)
         for tier in options.tiers
@@ -120,6 +122,23 @@ def _once(flag: str, values: Sequence[Any], advice: str = "") -> None:
     for at, value in enumerate(values):
         if value in values[:at]:
             raise ValueError(f"--{flag} has {value} twice{advice}")
+
+
+def _want_towns(options: argparse.Namespace) -> None:
+    """Refuses training towns that are no map: all others would be new. The engine looks at those
+    that are driven in."""
+    asked = [town for town in options.training_towns if town not in options.towns]
+    if not asked:
+        return
+    maps = [] if options.maps is None else ["--maps", options.maps]
+    command = [program.find(options.program), "map", "list", *maps]
+    listed = subprocess.run(command, capture_output=True, text=True)
+    if listed.returncode != 0:
+        raise ValueError(listed.stderr.strip())
+    known = [line.split()[0] for line in listed.stdout.splitlines()]
+    for town in asked:
+        if town not in known:
+            raise ValueError(f"--training-towns: wanted {', '.join(known)}, found {town}")
 
 
 def _policy(text: str) -> tuple[str, policy.Policy]:

@@ -15,6 +15,8 @@ from causeway.rollout import Batch
 
 #: Episodes of one seed have numbers below this.
 EPISODES_END = 1_000_000
+#: The engine reads seeds of 64 bits, in which the number of the episode has a place.
+SEED_MAX = (2**64 - 1) // EPISODES_END - 1
 #: The weather of worlds that nobody gave another.
 NOON = "ClearNoon"
 #: By the number in the column `cause`.
@@ -97,6 +99,9 @@ def play(
     """
     if not 0 < episodes < EPISODES_END or not seeds:
         raise ValueError(f"1 to {EPISODES_END - 1} episodes of one seed or more, not {episodes}")
+    wrong = [seed for seed in seeds if not 0 <= seed <= SEED_MAX]
+    if wrong:
+        raise ValueError(f"wanted seeds from 0 to {SEED_MAX}, found {wrong[0]}")
     played: list[Episode] = []
     batch: Batch | None = None
     opened: tuple[str, ...] = ()
