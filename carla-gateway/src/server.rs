@@ -230,9 +230,13 @@ impl Server {
         });
     }
 
-    fn answer(&self, ticket: &Ticket, answer: &Answer) {
+    fn answer(&mut self, ticket: &Ticket, answer: &Answer) {
         self.figures.note_answer(answer);
-        if let (Err(refusal), true) = (answer, ticket.asynchronous) {
+        if let Err(refusal) = answer
+            && self.first_steps.note_refusal(ticket.client)
+        {
+            tracing::warn!(%refusal, "a client gets no world");
+        } else if let (Err(refusal), true) = (answer, ticket.asynchronous) {
             tracing::info!(%refusal, "a call that nobody waits for is refused");
         } else if let (Err(refusal), false) = (answer, self.lobby.version.tells_refusals()) {
             tracing::info!(%refusal, "a call is refused, and its client cannot say why");

@@ -144,6 +144,7 @@ impl Command {
         match self {
             Self::Render(_) | Self::Bench(bench::Command::Pictures(_)) => true,
             Self::Record(args) => args.draws(),
+            Self::Up(args) => args.adapter().is_some(),
             _ => false,
         }
     }

@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     carla_flags::take_name(std::env::args_os());
     let command = environment::with_values(cli::Cli::command());
     let line = carla_flags::translated(std::env::args_os(), &command);
-    let given = command.get_matches_from(line);
+    let given = command.try_get_matches_from(line).unwrap_or_else(|wrong| numbers::refuse(&wrong));
     let cli = cli::Cli::from_arg_matches(&given).unwrap_or_else(|wrong| wrong.exit());
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,

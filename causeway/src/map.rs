@@ -53,6 +53,17 @@ pub(crate) fn run(args: Args) -> Result<(), MapFailure> {
     }
 }
 
+/// Looks whether a file can be written before anything is made for it; changes nothing.
+fn want_place(path: &Path) -> Result<(), MapFailure> {
+    let is_new = !path.exists();
+    let opened = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    match opened {
+        Ok(_) if is_new => std::fs::remove_file(path),
+        opened => opened.map(drop),
+    }
+    .map_err(|cause| MapFailure::Write { path: path.to_owned(), cause })
+}
+
 /// Writes a file, or standard output without one.
 fn write(path: Option<&Path>, bytes: &[u8]) -> Result<(), MapFailure> {
     match path {

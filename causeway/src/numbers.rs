@@ -1,5 +1,29 @@
 //! Numbers as they are typed.
 
+use std::error::Error as _;
+use std::io::{IsTerminal as _, stderr};
+use std::num::ParseIntError;
+
+/// What the standard library says of a whole number; all that can be typed are unsigned.
+const NO_DIGIT: &str = "invalid digit found in string";
+
+/// Ends the process as an error says, with what was wanted where it was a whole number.
+pub(crate) fn refuse(wrong: &clap::Error) -> ! {
+    let is_number =
+        wrong.source().is_some_and(|cause| cause.downcast_ref::<ParseIntError>().is_some());
+    if !is_number {
+        wrong.exit();
+    }
+    let text = wrong.render();
+    let text = if stderr().is_terminal() { text.ansi().to_string() } else { text.to_string() };
+    eprint!("{}", in_words(&text));
+    std::process::exit(wrong.exit_code());
+}
+
+fn in_words(text: &str) -> String {
+    text.replace(NO_DIGIT, "wanted a whole number from 0 on")
+}
+
 /// Nothing, or more.
 ///
 /// # Errors

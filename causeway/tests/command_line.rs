@@ -78,12 +78,25 @@ fn a_site_with_a_setting_that_no_service_takes_does_not_start() {
         (&["--share-clock", "nan"], "wanted seconds above 0 and at most 86400"),
         (&["--fps", "-1"], "wanted a number above 0 and at most 1000"),
         (&["--allow", "2000=10.0.3.0/24"], "no endpoint has the port 2000"),
+        (&["--adapter", "quantum"], "named \"quantum\", found "),
     ] {
         let ports = ["--http", "127.0.0.1:0", "--bus", "tcp/127.0.0.1:0", "--carla", "0"];
-        let output = causeway(&[&["up", "--no-render"], &ports[..], setting].concat());
+        let no_render: &[&str] = if setting[0] == "--adapter" { &[] } else { &["--no-render"] };
+        let output = causeway(&[&["up"], no_render, &ports[..], setting].concat());
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains(wanted), "{said}");
+    }
+}
+
+#[test]
+fn a_whole_number_that_is_none_is_refused_by_what_was_wanted() {
+    for number in ["-1", "many", "1.5"] {
+        let output = causeway(&["world", "--worlds-max", number]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        let wanted = format!("'{number}' for '--worlds-max <N>': wanted a whole number from 0 on");
+        assert!(said.contains(&wanted), "{said}");
     }
 }
 

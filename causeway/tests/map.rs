@@ -125,3 +125,18 @@ fn what_is_not_there_is_named_with_what_is() {
     assert!(told(&nowhere).contains("/nowhere/at/all.xodr"), "{}", told(&nowhere));
     assert_eq!(map(&["build", "--style", "moon", "--seed", "1"]).status.code(), Some(2));
 }
+
+#[test]
+fn a_picture_that_cannot_be_written_is_told_before_the_map_is_looked_for() {
+    let folder = Folder::new("place");
+    let text = told(&map(&["show", "Nowhere", "-o", &folder.path("none/a.png")]));
+    assert!(text.contains("cannot write"), "{text}");
+    let (new, kept) = (folder.path("new.png"), folder.path("kept.png"));
+    std::fs::write(&kept, "kept").unwrap();
+    for file in [&new, &kept] {
+        let text = told(&map(&["show", "Nowhere", "-o", file]));
+        assert!(text.contains("no map \"Nowhere\""), "{text}");
+    }
+    assert!(!std::fs::exists(&new).unwrap());
+    assert_eq!(std::fs::read_to_string(&kept).unwrap(), "kept");
+}

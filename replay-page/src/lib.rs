@@ -20,6 +20,8 @@ use track::Track;
 /// Width at which the map is drawn: its letters are then small beside its roads, and can be read
 /// where somebody looks closely.
 const MAP_PX: u32 = 10_000;
+/// Width at which the whole of it is seen: title, key and scale are read there.
+const WHOLE_PX: u32 = 700;
 /// Poses of one page, which take some ten bytes each.
 const POSES_MAX: usize = 2_000_000;
 
@@ -156,7 +158,7 @@ impl<'a> Page<'a> {
             "events": self.events,
             "steps": steps,
         });
-        let map = roads::picture::draw(self.map, MAP_PX);
+        let map = roads::picture::draw_with_caption(self.map, MAP_PX, WHOLE_PX);
         out.write_all(text::page(&self.about.source, &map, &data).as_bytes())
     }
 }
@@ -214,6 +216,20 @@ mod tests {
         let (_, rest) = text.split_once("LANE_LINE = \"").unwrap();
         let (colour, _) = rest.split_once('"').unwrap();
         assert!(text.contains(&format!(" stroke=\"{colour}\"")), "{colour}");
+    }
+
+    #[test]
+    fn the_key_of_the_map_is_read_where_the_whole_of_it_is_seen() {
+        let (page, _) = page_of(&[frame(0.0, &[(7, 0.0)])], About::default(), &[]);
+        let (_, rest) = page.split_once("viewBox=\"").unwrap();
+        let numbers = rest.split_once('"').unwrap().0.split(' ').map(|it| it.parse().unwrap());
+        let [_, top, width, height]: [f64; 4] = numbers.collect::<Vec<_>>().try_into().unwrap();
+        // North is up: the strip with the key is below the land, whose top is as far from the map.
+        let map = roads::Map::parse("Town01", &roads::town::build("Town01").unwrap()).unwrap();
+        let (min, max) = map.bounds().unwrap();
+        let land = max.y - min.y + 2.0 * (-top - max.y);
+        let strip_px = (height - land) / width * f64::from(WHOLE_PX);
+        assert!(strip_px >= 64.0, "{strip_px} pixels");
     }
 
     #[test]

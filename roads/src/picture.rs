@@ -37,17 +37,26 @@ impl Pixel {
 /// - **Determinism:** the same map and width give the same bytes.
 #[must_use]
 pub fn draw(map: &Map, width_px: u32) -> String {
-    let width_px = width_px.clamp(WIDTH_PX[0], WIDTH_PX[1]);
+    draw_with_caption(map, width_px, width_px)
+}
+
+/// The same, with the grid's numbers, title, key and scale bar as large as in a picture of another
+/// width: that in which who looks closer at parts of this one sees the whole of it.
+#[must_use]
+pub fn draw_with_caption(map: &Map, width_px: u32, caption_px: u32) -> String {
+    let [width_px, caption_px] =
+        [width_px, caption_px].map(|width_px| width_px.clamp(WIDTH_PX[0], WIDTH_PX[1]));
     let bounds = map.bounds().map_or([[0.0; 2]; 2], |(min, max)| [min, max].map(|p| [p.x, p.y]));
     let [min, max] = [bounds[0].map(|v| v - MARGIN_M), bounds[1].map(|v| v + MARGIN_M)];
-    let pixel = Pixel((max[0] - min[0]) / f64::from(width_px));
-    let foot_m = pixel.metres(frame::foot_px(map.name(), width_px));
+    let pixel_of = |width_px: u32| Pixel((max[0] - min[0]) / f64::from(width_px));
+    let (pixel, caption) = (pixel_of(width_px), pixel_of(caption_px));
+    let foot_m = caption.metres(frame::foot_px(map.name(), caption_px));
     let mut canvas = Canvas::new([min[0], min[1] - foot_m], max, width_px);
-    frame::land(&mut canvas, [min, max], pixel, foot_m);
+    frame::land(&mut canvas, [min, max], caption, foot_m);
     things::on_the_ground(map, &mut canvas);
     roads::draw(map, &mut canvas, pixel);
     things::standing(map, &mut canvas, pixel);
     signs::draw(map, &mut canvas, pixel);
-    frame::caption(map.name(), &mut canvas, [min, max], pixel);
+    frame::caption(map.name(), &mut canvas, [min, max], caption);
     canvas.finish()
 }

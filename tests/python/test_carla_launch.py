@@ -6,6 +6,7 @@ import queue
 import signal
 import socket
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import pytest
 
 from carla_site import connect, synchronous
 from running_site import binary, child, two_free_ports
+from watched import bus
 
 LAUNCHERS = Path(__file__).parents[2] / "deploy" / "carla"
 WAIT_SECS = 30.0
@@ -163,3 +165,18 @@ def test_pictures_reach_clients_that_come_by_another_address(start_site, tmp_pat
     finally:
         gateway.send_signal(signal.SIGTERM)
         gateway.wait(WAIT_SECS)
+
+
+def test_a_gateway_whose_map_is_not_there_says_so_and_blames_no_version(tmp_path):
+    with bus(tmp_path) as start:
+        start("world").until("/readyz", 200)
+        port = two_free_ports()
+        recordings = ("--recordings", str(tmp_path / "recordings"))
+        gateway = start("gateway", "--port", str(port), "--map", "Nowhere", *recordings)
+        gateway.until("/readyz", 200)
+        look = f"import carla; carla.Client('127.0.0.1', {port}).get_world()"
+        looked = subprocess.run([sys.executable, "-c", look], capture_output=True, timeout=60)
+        assert b"Map 'Nowhere' not found" in looked.stderr
+        gateway.find(r"a client gets no world (refusal=.*'Nowhere' not found)")
+        time.sleep(0.5)
+        assert "ended before it had its world" not in gateway.said()

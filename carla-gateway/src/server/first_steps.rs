@@ -28,6 +28,11 @@ impl FirstSteps {
         }
     }
 
+    /// A call of a client is refused, which ends many; whether it was on the way to its world.
+    pub(super) fn note_refusal(&mut self, client: ConnectionId) -> bool {
+        self.note_end(client)
+    }
+
     /// A client is gone; whether it was on the way to its world.
     pub(super) fn note_end(&mut self, client: ConnectionId) -> bool {
         self.have_world.remove(&client) == Some(false)
@@ -53,5 +58,14 @@ mod tests {
         assert!(steps.note_end(first));
         assert!(!steps.note_end(second) && !steps.note_end(third));
         assert!(steps.have_world.is_empty());
+    }
+
+    #[test]
+    fn who_is_refused_on_the_way_ends_for_that_reason() {
+        let (mut steps, client) = (FirstSteps::default(), ConnectionId(1));
+        assert!(!steps.note_refusal(client));
+        steps.note_call(client, "get_episode_info");
+        assert!(steps.note_refusal(client));
+        assert!(!steps.note_end(client));
     }
 }

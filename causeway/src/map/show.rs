@@ -6,7 +6,7 @@ use resvg::{tiny_skia, usvg};
 use roads::{Map, picture};
 
 use super::source::Which;
-use super::{MapFailure, write};
+use super::{MapFailure, want_place, write};
 
 /// Which map to draw, and where.
 #[derive(Debug, clap::Args)]
@@ -28,6 +28,7 @@ pub(super) fn run(args: &Args) -> Result<(), MapFailure> {
     if !ends_in("png") && !ends_in("svg") {
         return Err(MapFailure::Format { path: args.out.clone() });
     }
+    want_place(&args.out)?;
     let source = args.which.text()?;
     let map = Map::parse(&source.name, &source.xodr)?;
     let svg = picture::draw(&map, args.width);

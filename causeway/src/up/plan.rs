@@ -10,7 +10,7 @@ use std::time::Duration;
 use bus::{BusAddress, Identity};
 use carla_gateway::{Allowed, Cars, Latitudes, PortOfTenant};
 use clap::builder::ArgPredicate;
-use render_service::Quality;
+use render_service::{AdapterChoice, Quality};
 use tenancy::Door;
 
 use super::check::{check_folder, check_map, check_new_folder};
@@ -136,6 +136,9 @@ const RECORDINGS: &str = "recordings";
 /// Why a site cannot start as typed. Nothing was started.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum PlanError {
+    /// What is to draw is not there.
+    #[error("--adapter: {0}")]
+    Adapter(#[from] render_service::RenderError),
     /// Somebody listens there already.
     #[error("{0}")]
     Port(#[from] PortTaken),
@@ -211,11 +214,21 @@ pub(crate) struct Plan {
     pub(crate) window: Duration,
 }
 
+impl Args {
+    /// The adapter that is to draw, where one is named.
+    pub(crate) fn adapter(&self) -> Option<&str> {
+        self.adapter.as_deref().filter(|_| !self.no_render && self.render > 0)
+    }
+}
+
 impl Plan {
     /// # Errors
     /// The first setting that cannot work.
     pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
         check_folders(&args)?;
+        if let Some(name) = args.adapter() {
+            AdapterChoice::parse(name).check()?;
+        }
         if !args.no_carla {
             check_map(&args.carla_map, args.maps.as_deref())?;
         }

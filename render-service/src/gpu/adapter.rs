@@ -27,6 +27,20 @@ impl AdapterChoice {
         }
     }
 
+    /// Whether what it names is there.
+    ///
+    /// # Errors
+    /// [`RenderError::NoAdapter`].
+    pub fn check(&self) -> Result<(), RenderError> {
+        match self {
+            Self::Named(_) => {
+                let _opening = one_at_a_time();
+                find(self).map(drop)
+            }
+            Self::Best | Self::Software => Ok(()),
+        }
+    }
+
     fn accepts(&self, info: &wgpu::AdapterInfo) -> bool {
         match self {
             Self::Best => !is_software(info),
@@ -101,27 +115,29 @@ pub(crate) fn one_at_a_time() -> MutexGuard<'static, ()> {
 /// prints an error where there is none.
 pub const NO_DISPLAY: (&str, &str) = ("NODEVICE_SELECT", "1");
 
+fn find(choice: &AdapterChoice) -> Result<wgpu::Adapter, RenderError> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::VULKAN;
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    // A stable order by preference: the driver's own order decides among equals.
+    adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
+    let found: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+    adapters.into_iter().find(|adapter| choice.accepts(&adapter.get_info())).ok_or_else(|| {
+        RenderError::NoAdapter {
+            wanted: choice.wanted(),
+            found: if found.is_empty() { "none".to_owned() } else { found.join(", ") },
+        }
+    })
+}
+
 impl Gpu {
     /// **Cost:** 65 to 300 ms.
     ///
     /// # Errors
     /// [`RenderError::NoAdapter`], [`RenderError::NoDevice`].
     pub(crate) fn open(choice: &AdapterChoice) -> Result<Self, RenderError> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = wgpu::Backends::VULKAN;
-        let instance = wgpu::Instance::new(descriptor);
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-        // A stable order by preference: the driver's own order decides among equals.
-        adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
-        let found: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
-        let adapter = adapters
-            .into_iter()
-            .find(|adapter| choice.accepts(&adapter.get_info()))
-            .ok_or_else(|| RenderError::NoAdapter {
-                wanted: choice.wanted(),
-                found: if found.is_empty() { "none".to_owned() } else { found.join(", ") },
-            })?;
-        Self::open_device(&adapter)
+        Self::open_device(&find(choice)?)
     }
 
     fn open_device(adapter: &wgpu::Adapter) -> Result<Self, RenderError> {
