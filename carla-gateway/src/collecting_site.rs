@@ -104,6 +104,10 @@ impl Site for CollectingSite {
         self.site.should_move(world)
     }
 
+    fn is_gone(&self, world: WorldId) -> bool {
+        self.site.is_gone(world)
+    }
+
     fn changes(&self) -> watch::Receiver<u64> {
         self.site.changes()
     }

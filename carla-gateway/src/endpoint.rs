@@ -6,6 +6,8 @@ mod cameras;
 mod cars;
 mod clock;
 mod coming_back;
+mod deeds;
+mod following;
 mod ids;
 mod journal;
 mod listeners;

@@ -39,7 +39,11 @@ pub(crate) trait Site: Send + Sync + 'static {
     fn can_draw(&self) -> bool;
     /// Whether a world should be elsewhere, as the service that has it ends.
     fn should_move(&self, world: WorldId) -> bool;
-    /// Changes when that may have.
+    /// Whether the service that had a world is known to be gone.
+    fn is_gone(&self, _: WorldId) -> bool {
+        false
+    }
+    /// Changes when one of these may have.
     fn changes(&self) -> watch::Receiver<u64>;
 }
 
@@ -67,6 +71,10 @@ impl Site for Worlds {
 
     fn should_move(&self, world: WorldId) -> bool {
         self.hosts().should_move(world)
+    }
+
+    fn is_gone(&self, world: WorldId) -> bool {
+        self.hosts().is_gone(world)
     }
 
     fn changes(&self) -> watch::Receiver<u64> {

@@ -73,6 +73,8 @@ pub(crate) const RECOVERY_BYTES_MAX: usize = RECOVERY_MIB << 20;
 pub(crate) const RECOVERY_MIB: usize = 256;
 /// How long a world outlives this service.
 pub(crate) const WORLD_LEASE_MILLIS: u32 = 5_000;
+/// How long guests are waited for in a world that took the place of the one that they were in.
+pub(crate) const GUEST_LEASE_MILLIS: u32 = 5_000;
 /// Answer time of one batch of ticks, whatever is asked.
 pub(crate) const TICK_DEADLINE: Duration = Duration::from_secs(10);
 /// What every tick of a batch adds to it: a world may be large, and its machine busy.

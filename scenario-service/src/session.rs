@@ -7,6 +7,7 @@ mod contexts;
 mod error;
 mod furnished;
 mod home;
+mod opened;
 mod origin;
 mod realtime;
 mod recovery;

@@ -15,7 +15,7 @@ use worlds::NewWorld;
 use crate::scenario::Profile;
 use crate::session::table::{IdleTimes, Sessions};
 use crate::session::{Contexts, SessionContext};
-use crate::world_port::{Answer, CreatedWorld, DT_SECS, WorldPort};
+use crate::world_port::{Answer, CreatedWorld, DT_SECS, Sharing, WorldPort};
 
 /// The default town.
 pub(crate) fn map() -> Arc<roads::Map> {
@@ -68,6 +68,12 @@ pub(crate) struct ToyWorlds {
     asked_by: Mutex<Vec<Option<String>>>,
     /// No picture can be drawn.
     pub(crate) blind: AtomicBool,
+    /// Worlds should be elsewhere.
+    pub(crate) drains: AtomicBool,
+    /// Who shares the clocks of all worlds beside their owner.
+    pub(crate) guests: Mutex<Vec<ServiceId>>,
+    /// What was opened to guests.
+    pub(crate) sharings: Mutex<Vec<Sharing>>,
 }
 
 impl ToyWorlds {
@@ -95,6 +101,13 @@ impl ToyWorlds {
     /// As whom each request for ticks was asked.
     pub(crate) fn participants(&self) -> Vec<Option<String>> {
         self.asked_by.lock().unwrap().clone()
+    }
+
+    /// A guest changes all worlds.
+    pub(crate) fn disturb(&self) {
+        for toy in self.worlds.lock().unwrap().values_mut() {
+            toy.frame.state_hash = toy.frame.state_hash.wrapping_mul(43);
+        }
     }
 
     /// All worlds vanish, as when their service dies.
@@ -168,7 +181,11 @@ impl ToyWorlds {
             toy.tick();
             collisions.extend(toy.frame.collisions.iter().cloned());
         }
-        Ok(TickOutcome { replies, collisions, ..TickOutcome::new(toy.encode()) })
+        let guests = match item.participant {
+            Some(_) => self.guests.lock().unwrap().clone(),
+            None => Vec::new(),
+        };
+        Ok(TickOutcome { replies, collisions, guests, ..TickOutcome::new(toy.encode()) })
     }
 }
 
@@ -316,8 +333,17 @@ impl WorldPort for ToyWorlds {
         Box::pin(async move { self.copy(world) })
     }
 
-    fn share_clock(&self, _: WorldId) -> Answer<'_, ServiceId> {
+    fn share_clock(&self, sharing: Sharing) -> Answer<'_, ServiceId> {
+        self.sharings.lock().unwrap().push(sharing);
         Box::pin(async { Ok("face".parse().unwrap()) })
+    }
+
+    fn should_move(&self, _: WorldId) -> bool {
+        self.drains.load(Ordering::Relaxed)
+    }
+
+    fn is_gone(&self, world: WorldId) -> bool {
+        !self.worlds.lock().unwrap().contains_key(&world)
     }
 
     fn owned(&self) -> Answer<'_, Vec<WorldId>> {

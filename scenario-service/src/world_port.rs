@@ -25,6 +25,17 @@ pub(crate) struct CreatedWorld {
     pub(crate) replies: Vec<CommandReply>,
 }
 
+/// A world that others may come into.
+#[derive(Clone, Debug)]
+pub(crate) struct Sharing {
+    /// Which.
+    pub(crate) world: WorldId,
+    /// The first of the worlds that it goes on from, by which guests find it.
+    pub(crate) stands_for: Option<WorldId>,
+    /// Who shared the clock of the one before, and is waited for.
+    pub(crate) guests: Vec<ServiceId>,
+}
+
 /// Length of one tick.
 pub(crate) const DT_SECS: f64 = 0.05;
 
@@ -52,11 +63,15 @@ pub(crate) trait WorldPort: Send + Sync + 'static {
     }
     /// Worlds that live as long as this service does.
     fn owned(&self) -> Answer<'_, Vec<WorldId>>;
+    /// Whether the service that had a world is known to be gone.
+    fn is_gone(&self, _: WorldId) -> bool {
+        false
+    }
     /// Takes part in the clock of an own world, which others may share from now on; gives the name
     /// under which it is ticked then.
-    fn share_clock(&self, world: WorldId) -> Answer<'_, ServiceId> {
-        let none = Error::new(ErrorCode::Unsupported, "no world is shared here").found(world);
-        Box::pin(async move { Err(none) })
+    fn share_clock(&self, sharing: Sharing) -> Answer<'_, ServiceId> {
+        let none = Error::new(ErrorCode::Unsupported, "no world is shared here");
+        Box::pin(async move { Err(none.found(sharing.world)) })
     }
     /// Advances many worlds; one result per item, in order.
     fn tick(&self, items: Vec<TickItem>) -> Answer<'_, Vec<TickResult>>;

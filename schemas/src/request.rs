@@ -100,6 +100,8 @@ pub enum Request {
         participant: ServiceId,
         /// How long the others wait for this one before it no longer takes part; 0: it leaves.
         lease_millis: u32,
+        /// The first of the worlds that this one goes on from, for those who look for it.
+        stands_for: Option<WorldId>,
     },
     /// Keeps a journal of a world from now on, or ends it.
     RecordWorld {
@@ -244,6 +246,8 @@ pub struct TickOutcome {
     pub sensors: Vec<SensorDatum>,
     /// Cameras with listeners whose picture of the last tick is due.
     pub cameras_due: Vec<ActorId>,
+    /// Who shares the clock beside the owner, which alone is told.
+    pub guests: Vec<ServiceId>,
 }
 
 impl TickOutcome {
@@ -255,6 +259,7 @@ impl TickOutcome {
             collisions: Vec::new(),
             sensors: Vec::new(),
             cameras_due: Vec::new(),
+            guests: Vec::new(),
         }
     }
 }
@@ -274,6 +279,8 @@ pub struct WorldInfo {
     pub owner: Option<ServiceId>,
     /// Why it is quarantined; `None` while it is healthy.
     pub quarantined: Option<String>,
+    /// The first of the worlds that it goes on from, as who shares its clock has said.
+    pub stands_for: Option<WorldId>,
 }
 
 /// The bytes of one [`Frame`](crate::Frame), made once by the world and then only copied.

@@ -51,13 +51,14 @@ class Site:
 def start(log: Path, *flags: str, within: tuple[str, ...] = (), **environment: str) -> Site:
     """Starts a site, by a command that runs another if `within` is one, and waits until it is
     healthy."""
-    says_http = any(flag.split("=")[0] == "--http" for flag in flags)
+    says_http = any(str(flag).split("=")[0] == "--http" for flag in flags)
     http = [] if says_http else ["--http", "127.0.0.1:0"]
-    ports = [*http, "--bus", "tcp/127.0.0.1:0"]
-    says_port = any(flag.split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
+    says_bus = any(str(flag).split("=")[0] == "--bus" for flag in flags)
+    ports = [*http, *([] if says_bus else ["--bus", "tcp/127.0.0.1:0"])]
+    says_port = any(str(flag).split("=")[0] in ("--carla", "-carla-rpc-port") for flag in flags)
     # A port of the system's choice may be somebody's by the time that a service binds it.
     carla = [] if says_port else ["--carla", str(two_free_ports())]
-    keeps = any(flag.split("=")[0] == "--recordings" for flag in flags)
+    keeps = any(str(flag).split("=")[0] == "--recordings" for flag in flags)
     recordings = [] if keeps else ["--recordings", log.parent / "recordings"]
     command = [*within, binary(), "up", *ports, *carla, *recordings, *flags]
     with log.open("wb") as output:
@@ -72,7 +73,7 @@ def start(log: Path, *flags: str, within: tuple[str, ...] = (), **environment: s
     try:
         deadline = time.monotonic() + START_SECS
         site.base_url = wait_for(site, deadline, lambda: first(r"http://[\d.]+:\d+", site))
-        site.endpoint = wait_for(site, deadline, lambda: first(r"tcp/[\d.]+:\d+", site))
+        site.endpoint = wait_for(site, deadline, lambda: first(r"t(?:cp|ls)/[\d.]+:\d+", site))
         carla_address = wait_for(site, deadline, lambda: first(r"CARLA +[\d.]+:\d+", site))
         site.carla_port = int(carla_address.rsplit(":", 1)[1])
         wait_for(site, deadline, lambda: healthy(site.base_url))

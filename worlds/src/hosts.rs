@@ -146,6 +146,11 @@ impl Hosts {
         lock(&self.roster).should_move(world)
     }
 
+    /// Whether the process that had a world is known to be gone.
+    pub fn is_gone(&self, world: WorldId) -> bool {
+        lock(&self.roster).is_gone(world)
+    }
+
     /// Remembers who has made a world, and with it all worlds of that process.
     pub fn note_world(&self, host: &ServiceId, world: WorldId) {
         lock(&self.roster).note_world(host, world);

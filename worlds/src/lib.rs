@@ -23,8 +23,10 @@ pub use client::Worlds;
 pub use hosts::{Host, Hosts};
 pub use maps::ParsedMaps;
 pub use patience::Patience;
-pub use recovery::{Maker, NewWorld, RECOVERY_BYTES, RECOVERY_TICKS, Recovery, Remade, State};
-pub use recovery::{is_gone, is_same};
+pub use recovery::{
+    Maker, NewWorld, RECOVERY_BYTES, RECOVERY_TICKS, Recovery, Remade, Seen, State,
+};
+pub use recovery::{bytes_of, is_gone};
 pub use strays::{Strays, until_sweep};
 
 /// The one world that a request is about.

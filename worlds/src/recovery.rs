@@ -76,6 +76,15 @@ pub struct Recovery {
     share: Share,
 }
 
+/// What was seen last of a world.
+#[derive(Clone, Copy, Debug)]
+pub enum Seen<'a> {
+    /// Nobody else does anything in it: it is as this frame shows it.
+    Alone(&'a Frame),
+    /// Others may have changed it since, as the state that is kept tells.
+    WithOthers(&'a Frame),
+}
+
 /// What was done in one request.
 struct Done {
     commands: Vec<Command>,
@@ -152,13 +161,13 @@ impl Recovery {
 
     /// Makes the world again, on whichever service takes it, as it was seen last. Tries again while
     /// services come and go: a question that was on its way to one that died may never be answered.
-    pub async fn remake<M: Maker>(&self, maker: &M, seen: &Frame) -> Remade<M::World> {
+    pub async fn remake<M: Maker>(&self, maker: &M, seen: Seen<'_>) -> Remade<M::World> {
         let mut last = gone();
         for patience in PATIENCE {
-            let attempt = self.try_remake(maker, seen, patience);
+            let attempt = self.try_remake(maker, patience);
             match within(patience + REPEATED_TICK * self.ticks, attempt).await {
-                Ok(Some(world)) => return Remade::Whole(world),
-                Ok(None) => return Remade::Never(gone()),
+                Ok((frame, world)) if seen.fits(&frame) => return Remade::Whole(world),
+                Ok(_) => return Remade::Never(gone()),
                 Err(error) if error.code == ErrorCode::Capacity => return Remade::Later(error),
                 Err(error) if is_passing(error.code) => last = error,
                 Err(error) => return Remade::Never(error),
@@ -167,13 +176,11 @@ impl Recovery {
         Remade::Later(last)
     }
 
-    /// `None`: it is not as it was seen last.
     async fn try_remake<M: Maker>(
         &self,
         maker: &M,
-        seen: &Frame,
         patience: Duration,
-    ) -> Result<Option<M::World>, Error> {
+    ) -> Result<(SharedFrame, M::World), Error> {
         let (first, world) = within(patience, maker.make(&self.state)).await?;
         let mut frame = SharedFrame::decode(first)?;
         for done in &self.done {
@@ -186,7 +193,7 @@ impl Recovery {
             let patience = patience + REPEATED_TICK * done.tick_count;
             frame = SharedFrame::decode(within(patience, maker.tick(item)).await?)?;
         }
-        Ok(is_same(&frame, seen).then_some(world))
+        Ok((frame, world))
     }
 }
 
@@ -199,8 +206,30 @@ async fn within<T>(
     tokio::time::timeout(patience, answer).await.unwrap_or_else(|_| Err(late()))
 }
 
+impl Seen<'_> {
+    /// Whether a world that shows this frame may take the place of the one that was seen; says so
+    /// if not.
+    pub fn fits(self, frame: &Frame) -> bool {
+        match self {
+            Self::Alone(seen) => is_same(frame, seen),
+            Self::WithOthers(seen) => {
+                let fits = frame.tick == seen.tick && frame.map.digest == seen.map.digest;
+                if !fits {
+                    let (wanted, found) = (seen.tick.0, frame.tick.0);
+                    tracing::error!(
+                        wanted,
+                        found,
+                        "a world that was made again is at another tick"
+                    );
+                }
+                fits
+            }
+        }
+    }
+}
+
 /// Whether two frames are of the same state; says so if they are not.
-pub fn is_same(frame: &Frame, seen: &Frame) -> bool {
+fn is_same(frame: &Frame, seen: &Frame) -> bool {
     let is_same = (frame.tick, frame.state_hash) == (seen.tick, seen.state_hash)
         && frame.map.digest == seen.map.digest;
     if !is_same {
@@ -228,7 +257,7 @@ fn gone() -> Error {
 }
 
 /// Of commands, with what the large ones among them hold.
-fn bytes_of(commands: &[Command]) -> usize {
+pub fn bytes_of(commands: &[Command]) -> usize {
     let held = |command: &Command| match command {
         Command::SpawnActor { blueprint, attributes, .. } => {
             let held = |a: &Attribute| size_of::<Attribute>() + a.id.len() + a.value.len();

@@ -204,6 +204,11 @@ impl<W: Clone> Roster<W> {
         drains && self.is_open()
     }
 
+    /// Whether the process that had a world is gone: who has not said its number may be it.
+    pub(crate) fn is_gone(&self, world: WorldId) -> bool {
+        self.hosts.values().all(|known| known.is_number_sure && known.number != world.host())
+    }
+
     /// Those that are heard, by name, and the ways there.
     pub(crate) fn heard(&self) -> Vec<(ServiceId, Option<W>)> {
         let heard = self.hosts.iter().filter(|(_, known)| known.voice == Voice::Heard);

@@ -63,6 +63,7 @@ impl Lossy {
                     actor_count: 0,
                     owner: Some(owner.clone()),
                     quarantined: None,
+                    stands_for: None,
                 };
                 Reply::Worlds(self.worlds.lock().unwrap().iter().map(info).collect())
             }

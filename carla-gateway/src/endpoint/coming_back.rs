@@ -9,7 +9,7 @@ use schemas::{
     Command, EncodedFrame, Error, ErrorCode, Lease, Reply, Request, SharedFrame, TickItem, WorldId,
 };
 use tokio::time::Instant;
-use worlds::{Budget, Maker, NewWorld, RECOVERY_TICKS, Recovery, Remade, State, is_same};
+use worlds::{Budget, Maker, NewWorld, RECOVERY_TICKS, Recovery, Remade, Seen, State};
 
 use super::worlds::{first_result, unexpected_answer};
 use super::{Endpoint, journal};
@@ -193,6 +193,9 @@ fn millis_since(begun: Instant) -> u64 {
 impl Endpoint {
     /// Makes the world of the episode again, as clients saw it last; whether it could be.
     pub(super) async fn come_back(&mut self, why: &Error) -> bool {
+        if self.visit.is_some() {
+            return self.follow_session(why).await;
+        }
         // A second loss meanwhile is not made good by this.
         let Some(recovery) = self.keep.recovery.take() else { return false };
         let Some(seen) = self.episode.as_ref().map(|episode| episode.frame.clone()) else {
@@ -202,11 +205,11 @@ impl Endpoint {
         let begun = Instant::now();
         let fresh = self.fresh();
         let until = Instant::now() + ROOM_WAIT;
-        let mut remade = recovery.remake(&fresh, &seen).await;
+        let mut remade = recovery.remake(&fresh, Seen::Alone(&seen)).await;
         // One that drains has no room either, and another may be about to come.
         while has_no_room(&remade) && Instant::now() < until {
             tokio::time::sleep(ROOM_PAUSE).await;
-            remade = recovery.remake(&fresh, &seen).await;
+            remade = recovery.remake(&fresh, Seen::Alone(&seen)).await;
         }
         match remade {
             Remade::Whole(fresh) => {
@@ -277,7 +280,7 @@ impl Endpoint {
         let state = State::Snapshot(bytes);
         let (frame, world) = self.fresh().make(&state).await?;
         let frame = SharedFrame::decode(frame)?;
-        if is_same(&frame, &episode.frame) {
+        if Seen::Alone(&episode.frame).fits(&frame) {
             return Ok((world, state));
         }
         Err(Error::new(ErrorCode::Internal, "the world went another way"))

@@ -13,6 +13,7 @@ use schemas::{TickItem, TickOutcome, WorldId, limits};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 
+use super::deeds::Deeds;
 use super::worlds::first_result;
 use crate::site::Site;
 use crate::visited::VisitedTick;
@@ -36,6 +37,12 @@ pub(super) enum Order {
 /// Clients are in the world of a session.
 pub(super) struct Visit {
     pub(super) clock: Clock,
+    /// The first of the worlds that it goes on from.
+    pub(super) root: WorldId,
+    /// What clients have done there.
+    pub(super) deeds: Deeds,
+    /// Clients in synchronous mode have ticked, and the world has not yet.
+    pub(super) owes_tick: bool,
     orders: mpsc::Sender<Order>,
     /// Actors that clients brought, and that go with them.
     brought: BTreeSet<ActorId>,
@@ -61,13 +68,29 @@ impl Visit {
     /// There is no such world, or it is not open.
     pub(super) async fn begin(
         clock: Clock,
+        root: WorldId,
         told: mpsc::Sender<VisitedTick>,
     ) -> Result<Self, Error> {
         clock.share(LEASE_MILLIS).await?;
-        let (orders, received) = mpsc::channel(ORDERS_MAX);
-        let task = tokio::spawn(clock.clone().follow(received, told));
-        let (brought, trial_frames, pausing) = (BTreeSet::new(), 0, None);
-        Ok(Self { clock, orders, brought, trial_frames, pausing, task })
+        let (orders, task) = clock.start(told);
+        Ok(Self {
+            clock,
+            root,
+            deeds: Deeds::default(),
+            owes_tick: false,
+            orders,
+            brought: BTreeSet::new(),
+            trial_frames: 0,
+            pausing: None,
+            task,
+        })
+    }
+
+    /// Goes on in another world, in whose clock it takes part already.
+    pub(super) fn go_on(&mut self, clock: Clock, deeds: Deeds, told: mpsc::Sender<VisitedTick>) {
+        self.task.abort();
+        (self.orders, self.task) = clock.start(told);
+        (self.clock, self.deeds) = (clock, deeds);
     }
 
     pub(super) fn order(&self, order: Order) {
@@ -112,8 +135,23 @@ impl Drop for Visit {
 impl Clock {
     async fn share(&self, lease_millis: u32) -> Result<(), Error> {
         let (world, participant) = (self.world, self.participant.clone());
-        let request = Request::ShareClock { world, participant, lease_millis };
+        let request = Request::ShareClock { world, participant, lease_millis, stands_for: None };
         self.site.ask(request).await.map(drop)
+    }
+
+    /// The clock of another world, in which it takes part from now on.
+    ///
+    /// # Errors
+    /// There is no such world any more.
+    pub(super) async fn of(&self, world: WorldId) -> Result<Self, Error> {
+        let clock = Self { world, ..self.clone() };
+        clock.share(LEASE_MILLIS).await?;
+        Ok(clock)
+    }
+
+    fn start(&self, told: mpsc::Sender<VisitedTick>) -> (mpsc::Sender<Order>, JoinHandle<()>) {
+        let (orders, received) = mpsc::channel(ORDERS_MAX);
+        (orders, tokio::spawn(self.clone().follow(received, told)))
     }
 
     /// Asks for ticks as it is told to.

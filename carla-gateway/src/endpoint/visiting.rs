@@ -26,11 +26,14 @@ impl Endpoint {
     /// # Errors
     /// There is no such world, or it is not open; the old episode goes on.
     pub(super) async fn visit(&mut self, world: WorldId) -> Result<(), Refusal> {
+        let (world, root) = self.present_world_of(world).await;
         let clock = self.clock_of(world);
         let told = self.visited.0.clone();
-        let visit = Visit::begin(clock, told).await.map_err(|error| not_open(error, world))?;
+        let begun = Visit::begin(clock, root, told).await;
+        let mut visit = begun.map_err(|error| not_open(error, world))?;
         match self.look_into(world).await {
             Ok((map, frame)) => {
+                visit.deeds.note_tick(&frame);
                 self.end_episode().await;
                 self.visit = Some(visit);
                 let told = map.name().to_owned();
@@ -128,7 +131,7 @@ impl Endpoint {
     }
 
     /// Has the next frame of a visited world shown, unless clients are to tick before.
-    fn follow_on(&self) {
+    pub(super) fn follow_on(&self) {
         if let Some(visit) = self.visit.as_ref().filter(|_| !self.settings.synchronous_mode) {
             visit.order(Order::Tick);
         }
@@ -142,7 +145,8 @@ impl Endpoint {
             return Ok(());
         }
         self.present.awaits_world = true;
-        if let Some(visit) = &self.visit {
+        if let Some(visit) = &mut self.visit {
+            visit.owes_tick = true;
             visit.order(Order::Tick);
         }
         Ok(())
@@ -167,11 +171,17 @@ impl Endpoint {
     /// A visited world has ticked, or ended.
     pub(crate) async fn show_visited(&mut self, tick: VisitedTick) -> Answer {
         let is_here = self.visit.as_ref().is_some_and(|visit| visit.clock.world == tick.world);
-        if !is_here {
-            return Ok(Payload::Void);
-        }
         let shown = match tick.outcome {
+            // Of a world whose place another one has taken.
+            _ if !is_here => {
+                self.await_visited_again();
+                return Ok(Payload::Void);
+            }
             Ok(outcome) => self.show_tick_of_session(outcome).await,
+            Err(error) if worlds::is_gone(error.code) && self.come_back(&error).await => {
+                self.await_visited_again();
+                return Ok(Payload::Void);
+            }
             Err(error) => Err(self.refusal_of(&error)),
         };
         if let Err(error) = shown {
@@ -182,11 +192,17 @@ impl Endpoint {
     }
 
     async fn show_tick_of_session(&mut self, mut outcome: TickOutcome) -> Result<(), Refusal> {
+        if let Some(visit) = &mut self.visit {
+            visit.owes_tick = false;
+        }
         self.follow_on();
         self.get_ready().await?;
         self.present.brief.last_tick = Instant::now();
         let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
         let frame = frame.map_err(|error| refused(&error))?;
+        if let Some(visit) = &mut self.visit {
+            visit.deeds.note_tick(&frame);
+        }
         // Commands may have brought a newer one.
         if frame.tick > self.episode()?.frame.tick {
             self.take_frame(frame, &[])?;
@@ -197,6 +213,11 @@ impl Endpoint {
         }
         let dt_secs = self.episode()?.frame.dt_secs;
         self.show_tick(outcome, dt_secs).await.map(drop)
+    }
+
+    /// Who was promised the tick that did not come is promised the next one.
+    fn await_visited_again(&mut self) {
+        self.present.awaits_world = self.visit.as_ref().is_some_and(|visit| visit.owes_tick);
     }
 
     /// Refuses what would change the world of a session as a whole.

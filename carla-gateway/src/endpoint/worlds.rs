@@ -52,6 +52,9 @@ impl Endpoint {
 
     /// What a client reads of an error of the world, which may be gone.
     pub(super) fn refusal_of(&mut self, error: &Error) -> Refusal {
+        if let Some(why) = &self.lost {
+            return Refusal(why.clone());
+        }
         if worlds::is_gone(error.code) || error.code == ErrorCode::WorldQuarantined {
             self.note_loss(error);
         }
@@ -105,9 +108,12 @@ impl Endpoint {
             Ok(outcome) => outcome,
             Err(error) => return Err(self.tick_refused(&error, item.commands)),
         };
-        self.keep.note(item.commands, item.tick_count, item.dt_secs);
         let frame = SharedFrame::decode(std::mem::take(&mut outcome.frame));
         let frame = frame.map_err(|error| refused(&error))?;
+        match &mut self.visit {
+            Some(visit) => visit.deeds.note(&frame, item.commands, &outcome.replies),
+            None => self.keep.note(item.commands, item.tick_count, item.dt_secs),
+        }
         self.take_frame(frame, &outcome.replies)?;
         Ok(outcome)
     }

@@ -171,6 +171,14 @@ impl Common {
         overrides.boolean("realtime", &mut self.realtime)?;
         overrides.boolean("sealed", &mut self.sealed)?;
         overrides.boolean("open_to_carla", &mut self.open_to_carla)?;
+        if self.open_to_carla && self.realtime {
+            // Its time goes on by leaps, when the session steps.
+            return Err(ScenarioError::Config {
+                key: "open_to_carla".to_owned(),
+                wanted: "false where realtime is true".to_owned(),
+                found: "true".to_owned(),
+            });
+        }
         self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)
     }

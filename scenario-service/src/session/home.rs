@@ -48,8 +48,7 @@ impl Home {
         matches!(self, Self::Shared(_))
     }
 
-    /// Moves the world away from a service that ends. One that is shared is made again elsewhere
-    /// when it is stepped next.
+    /// Moves the world away from a service that ends.
     ///
     /// # Errors
     /// Why it could not be; it should be tried again.
@@ -60,7 +59,7 @@ impl Home {
     ) -> Result<(), Error> {
         match self {
             Self::Own(world) => world.move_away(context, seen).await,
-            Self::Shared(_) => Ok(()),
+            Self::Shared(participant) => participant.move_away().await,
         }
     }
 

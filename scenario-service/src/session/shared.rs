@@ -34,6 +34,10 @@ enum Message {
         seat: usize,
         is_over: bool,
     },
+    /// The world should be elsewhere if its service ends.
+    MoveAway {
+        answer: oneshot::Sender<Result<(), Error>>,
+    },
     /// Whoever made the world has no more use for it.
     End,
 }
@@ -122,6 +126,17 @@ impl Participant {
         let message = Message::Step { seat: self.seat, work, answer };
         self.mailbox.send(message).map_err(|_| gone())?;
         told.await.map_err(|_| gone())?
+    }
+
+    /// Has the world move away from a service that ends, between two rounds.
+    ///
+    /// # Errors
+    /// Why it could not; it should be tried again.
+    pub(super) async fn move_away(&self) -> Result<(), Error> {
+        let (answer, moved) = oneshot::channel();
+        self.tell(Message::MoveAway { answer });
+        // Without a task there is no world.
+        moved.await.unwrap_or(Ok(()))
     }
 
     /// Its episode is over: nobody waits for it any more.

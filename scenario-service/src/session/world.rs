@@ -1,14 +1,16 @@
 //! The world of an episode: what is done in it is done once, also when the service that has it
 //! goes.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
 
-use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, ServiceId};
-use schemas::{SharedFrame, TickItem, TickOutcome, WorldId};
+use schemas::{Collision, Command, CommandReply, Error, ErrorCode, Frame, SharedFrame};
+use schemas::{TickItem, TickOutcome, WorldId};
 
-use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, State, is_same};
+use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, Seen, State};
 
+use super::opened::{Opened, seen as as_seen};
 use super::recovery::FreshWorlds;
 use super::{SessionContext, clock, ends_the_episode};
 use crate::episode::Company;
@@ -75,8 +77,8 @@ pub(super) struct EpisodeWorld {
     recovery: Option<Recovery>,
     /// Ticks since then, or since room was looked for again.
     bare_ticks: u32,
-    /// As whom it is ticked, where CARLA's clients may come into it.
-    participant: Option<ServiceId>,
+    /// Where CARLA's clients may come into it.
+    opened: Option<Opened>,
 }
 
 impl EpisodeWorld {
@@ -87,7 +89,7 @@ impl EpisodeWorld {
         context: &SessionContext,
     ) -> Self {
         let owned = Some(owned);
-        let mut world = Self { owned, recovery: None, bare_ticks: 0, participant: None };
+        let mut world = Self { owned, recovery: None, bare_ticks: 0, opened: None };
         match state {
             Some(state) => world.recovery = Recovery::new(state, &context.recovery),
             None => _ = world.renew(context).await,
@@ -101,14 +103,14 @@ impl EpisodeWorld {
     /// Those of the port, or that the world is gone.
     pub(super) async fn open(&mut self, context: &SessionContext) -> Result<(), Error> {
         let Some(world) = self.owned.as_ref().map(OwnedWorld::id) else { return Err(gone()) };
-        self.participant = Some(context.port.share_clock(world).await?);
+        self.opened = Some(Opened::begin(context, world).await?);
         Ok(())
     }
 
     /// What CARLA's clients load to come into the world, if they may.
     pub(super) fn carla_world(&self) -> Option<String> {
         let world = self.owned.as_ref()?.id();
-        self.participant.as_ref().map(|_| schemas::carla::name_of_world(world))
+        self.opened.as_ref().map(|_| schemas::carla::name_of_world(world))
     }
 
     /// Which world, if it is not gone.
@@ -128,10 +130,10 @@ impl EpisodeWorld {
         seen: &Frame,
         work: Work,
     ) -> Result<Told, Trouble> {
-        let told = match &self.owned {
-            Some(owned) => match self.try_work(&work, owned.id(), context, seen).await {
+        let told = match self.owned.as_ref().map(OwnedWorld::id) {
+            Some(world) => match self.try_work(&work, world, context, seen).await {
                 Err(Trouble::World(error)) if self.may_come_back(error.code) => {
-                    tracing::warn!(world = %owned.id(), %error, "a world is made again");
+                    tracing::warn!(%world, %error, "a world is made again");
                     None
                 }
                 told => Some(told?),
@@ -150,7 +152,7 @@ impl EpisodeWorld {
     }
 
     async fn try_work(
-        &self,
+        &mut self,
         work: &Work,
         world: WorldId,
         context: &SessionContext,
@@ -166,12 +168,18 @@ impl EpisodeWorld {
             expected_tick: Some(seen.tick),
             ..TickItem::new(world, work.tick_count)
         };
-        Ok(match &self.participant {
-            Some(participant) if item.tick_count > 0 => {
-                clock::tick_together(&context.ticker, item, participant).await?
-            }
-            _ => Told::of(context.ticker.tick(item).await?)?,
-        })
+        let Some(opened) = self.opened.as_mut().filter(|_| item.tick_count > 0) else {
+            return Ok(Told::of(context.ticker.tick(item).await?)?);
+        };
+        let mut guests = BTreeSet::new();
+        let together =
+            clock::tick_together(&context.ticker, item, &opened.participant, &mut guests);
+        let told = together.await;
+        match told {
+            Ok(_) => opened.note_step(guests),
+            Err(_) => opened.note_broken_step(guests),
+        }
+        told
     }
 
     /// Whether the world, if it is there, would carry out what is to be done.
@@ -196,17 +204,19 @@ impl EpisodeWorld {
         context: &Arc<SessionContext>,
         seen: &Frame,
     ) -> Result<(), Error> {
-        let Some(old) = self.owned.as_ref().map(OwnedWorld::id) else { return Ok(()) };
-        if !context.port.should_move(old) {
-            return Ok(());
+        let old = self.owned.as_ref().map(OwnedWorld::id);
+        if self.opened.is_some() && old.is_none_or(|old| context.port.is_gone(old)) {
+            return self.come_back_for_guests(context, seen).await;
         }
+        let Some(old) = old.filter(|old| context.port.should_move(*old)) else { return Ok(()) };
         let begun = Instant::now();
-        let (world, state) = moved(context, old, seen).await?;
+        let (world, state) = moved(context, old, seen, self.opened.is_some()).await?;
+        self.open_again(context, world.id()).await?;
         let (tenant, new) = (&context.tenant, world.id().get());
         tracing::debug!(target: "audit", %tenant, old = old.get(), new, "move world");
         // The old one is destroyed.
         self.owned = Some(world);
-        self.open_again(context).await?;
+        self.opened.as_mut().map(Opened::note_move);
         // Its room first, which the new state may need.
         self.recovery = None;
         self.recovery = Recovery::new(state, &context.recovery);
@@ -231,13 +241,14 @@ impl EpisodeWorld {
             let text = "no world service has it, and there was no room to keep it";
             return Err(Trouble::Gone(Error::new(ErrorCode::UnknownWorld, text)));
         };
-        match recovery.remake(&FreshWorlds(context), seen).await {
+        match recovery.remake(&FreshWorlds(context), as_seen(self.opened.as_ref(), seen)).await {
             Remade::Whole(owned) => {
+                let world = owned.id();
+                self.open_again(context, world).await.map_err(Trouble::Absent)?;
+                self.owned = Some(owned);
                 context.figures.recovered.inc();
-                let (tenant, new) = (&context.tenant, owned.id().get());
+                let (tenant, new) = (&context.tenant, world.get());
                 tracing::debug!(target: "audit", %tenant, new, "recover world");
-                let world = self.owned.insert(owned).id();
-                self.open_again(context).await?;
                 Ok(world)
             }
             Remade::Later(error) => Err(Trouble::Absent(error)),
@@ -245,10 +256,23 @@ impl EpisodeWorld {
         }
     }
 
-    /// The same for a world that took the place of one: its clock is nobody's yet.
-    async fn open_again(&mut self, context: &SessionContext) -> Result<(), Error> {
-        match self.participant {
-            Some(_) => self.open(context).await,
+    /// The same while nobody steps: guests wait for the world, which somebody has to make again. On
+    /// errors it should be tried again.
+    async fn come_back_for_guests(
+        &mut self,
+        context: &Arc<SessionContext>,
+        seen: &Frame,
+    ) -> Result<(), Error> {
+        match self.come_back(context, seen).await {
+            Err(Trouble::Absent(error)) => Err(error),
+            // The next step says so, or that it is there.
+            _ => Ok(()),
+        }
+    }
+
+    async fn open_again(&self, context: &SessionContext, world: WorldId) -> Result<(), Error> {
+        match &self.opened {
+            Some(opened) => opened.again(context, world).await,
             None => Ok(()),
         }
     }
@@ -256,6 +280,11 @@ impl EpisodeWorld {
     /// Keeps what was done for the next time. Cancelled it keeps nothing, as if it had not been
     /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
+        // What guests do is not known here, only what comes of it.
+        let is_changed = self.opened.as_ref().is_some_and(Opened::is_changed);
+        if is_changed && self.renew(context).await {
+            return;
+        }
         let Some(recovery) = &mut self.recovery else {
             self.bare_ticks = self.bare_ticks.saturating_add(work.tick_count);
             if self.bare_ticks >= RECOVERY_TICKS {
@@ -312,11 +341,13 @@ async fn moved(
     context: &Arc<SessionContext>,
     old: WorldId,
     seen: &Frame,
+    has_guests: bool,
 ) -> Result<(OwnedWorld, State), Error> {
     let state = State::Snapshot(context.port.snapshot(old).await?);
     let (frame, world) = FreshWorlds(context).make(&state).await?;
     let frame = SharedFrame::decode(frame)?;
-    if is_same(&frame, seen) {
+    let seen = if has_guests { Seen::WithOthers(seen) } else { Seen::Alone(seen) };
+    if seen.fits(&frame) {
         return Ok((world, state));
     }
     Err(Error::new(ErrorCode::Internal, "the world went another way"))

@@ -6,9 +6,10 @@ use schemas::{
 };
 use worlds::{NewWorld, Patience, Worlds};
 
-use super::{Answer, CreatedWorld, WorldPort};
+use super::{Answer, CreatedWorld, Sharing, WorldPort};
 use crate::limits::{
-    TICK_DEADLINE, TICK_DEADLINE_MAX, TICK_PATIENCE, WORLD_DEADLINE, WORLD_LEASE_MILLIS,
+    GUEST_LEASE_MILLIS, TICK_DEADLINE, TICK_DEADLINE_MAX, TICK_PATIENCE, WORLD_DEADLINE,
+    WORLD_LEASE_MILLIS,
 };
 
 /// How long answers may take.
@@ -66,11 +67,20 @@ impl WorldPort for Worlds {
         Box::pin(Worlds::owned(self))
     }
 
-    fn share_clock(&self, world: WorldId) -> Answer<'_, ServiceId> {
+    fn is_gone(&self, world: WorldId) -> bool {
+        self.hosts().is_gone(world)
+    }
+
+    fn share_clock(&self, sharing: Sharing) -> Answer<'_, ServiceId> {
         Box::pin(async move {
-            let participant = self.lease(WORLD_LEASE_MILLIS).owner;
-            let name = participant.clone();
-            self.ask(Request::ShareClock { world, participant, lease_millis: u32::MAX }).await?;
+            let Sharing { world, stands_for, guests } = sharing;
+            let name = self.lease(WORLD_LEASE_MILLIS).owner;
+            let own = std::iter::once((name.clone(), u32::MAX));
+            let guests = guests.into_iter().map(|guest| (guest, GUEST_LEASE_MILLIS));
+            for (participant, lease_millis) in own.chain(guests) {
+                self.ask(Request::ShareClock { world, participant, lease_millis, stands_for })
+                    .await?;
+            }
             Ok(name)
         })
     }

@@ -29,6 +29,7 @@ impl<'a> ShareClock<'a> {
   pub const VT_WORLD: flatbuffers::VOffsetT = 4;
   pub const VT_PARTICIPANT: flatbuffers::VOffsetT = 6;
   pub const VT_LEASE_MILLIS: flatbuffers::VOffsetT = 8;
+  pub const VT_STANDS_FOR: flatbuffers::VOffsetT = 10;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -40,6 +41,7 @@ impl<'a> ShareClock<'a> {
     args: &'args ShareClockArgs<'args>
   ) -> flatbuffers::WIPOffset<ShareClock<'bldr>> {
     let mut builder = ShareClockBuilder::new(_fbb);
+    builder.add_stands_for(args.stands_for);
     builder.add_world(args.world);
     builder.add_lease_millis(args.lease_millis);
     if let Some(x) = args.participant { builder.add_participant(x); }
@@ -69,6 +71,14 @@ impl<'a> ShareClock<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<u32>(ShareClock::VT_LEASE_MILLIS, Some(0)).unwrap()}
   }
+  /// The first of the worlds that this one goes on from, for those who look for it; 0: none.
+  #[inline]
+  pub fn stands_for(&self) -> u64 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u64>(ShareClock::VT_STANDS_FOR, Some(0)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for ShareClock<'_> {
@@ -81,6 +91,7 @@ impl flatbuffers::Verifiable for ShareClock<'_> {
      .visit_field::<u64>("world", Self::VT_WORLD, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("participant", Self::VT_PARTICIPANT, true)?
      .visit_field::<u32>("lease_millis", Self::VT_LEASE_MILLIS, false)?
+     .visit_field::<u64>("stands_for", Self::VT_STANDS_FOR, false)?
      .finish();
     Ok(())
   }
@@ -89,6 +100,7 @@ pub struct ShareClockArgs<'a> {
     pub world: u64,
     pub participant: Option<flatbuffers::WIPOffset<&'a str>>,
     pub lease_millis: u32,
+    pub stands_for: u64,
 }
 impl<'a> Default for ShareClockArgs<'a> {
   #[inline]
@@ -97,6 +109,7 @@ impl<'a> Default for ShareClockArgs<'a> {
       world: 0,
       participant: None, // required field
       lease_millis: 0,
+      stands_for: 0,
     }
   }
 }
@@ -117,6 +130,10 @@ impl<'a: 'b, 'b> ShareClockBuilder<'a, 'b> {
   #[inline]
   pub fn add_lease_millis(&mut self, lease_millis: u32) {
     self.fbb_.push_slot::<u32>(ShareClock::VT_LEASE_MILLIS, lease_millis, 0);
+  }
+  #[inline]
+  pub fn add_stands_for(&mut self, stands_for: u64) {
+    self.fbb_.push_slot::<u64>(ShareClock::VT_STANDS_FOR, stands_for, 0);
   }
   #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> ShareClockBuilder<'a, 'b> {
@@ -140,6 +157,7 @@ impl core::fmt::Debug for ShareClock<'_> {
       ds.field("world", &self.world());
       ds.field("participant", &self.participant());
       ds.field("lease_millis", &self.lease_millis());
+      ds.field("stands_for", &self.stands_for());
       ds.finish()
   }
 }

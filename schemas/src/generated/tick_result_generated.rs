@@ -32,6 +32,7 @@ impl<'a> TickResult<'a> {
   pub const VT_ERROR: flatbuffers::VOffsetT = 12;
   pub const VT_SENSORS: flatbuffers::VOffsetT = 14;
   pub const VT_CAMERAS_DUE: flatbuffers::VOffsetT = 16;
+  pub const VT_GUESTS: flatbuffers::VOffsetT = 18;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -44,6 +45,7 @@ impl<'a> TickResult<'a> {
   ) -> flatbuffers::WIPOffset<TickResult<'bldr>> {
     let mut builder = TickResultBuilder::new(_fbb);
     builder.add_world(args.world);
+    if let Some(x) = args.guests { builder.add_guests(x); }
     if let Some(x) = args.cameras_due { builder.add_cameras_due(x); }
     if let Some(x) = args.sensors { builder.add_sensors(x); }
     if let Some(x) = args.error { builder.add_error(x); }
@@ -116,6 +118,14 @@ impl<'a> TickResult<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, u32>>>(TickResult::VT_CAMERAS_DUE, None)}
   }
+  /// Who shares the clock beside the owner, which alone is told.
+  #[inline]
+  pub fn guests(&self) -> Option<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>> {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>(TickResult::VT_GUESTS, None)}
+  }
 }
 
 impl flatbuffers::Verifiable for TickResult<'_> {
@@ -132,6 +142,7 @@ impl flatbuffers::Verifiable for TickResult<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<Error>>("error", Self::VT_ERROR, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<SensorDatum>>>>("sensors", Self::VT_SENSORS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("cameras_due", Self::VT_CAMERAS_DUE, false)?
+     .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<&'_ str>>>>("guests", Self::VT_GUESTS, false)?
      .finish();
     Ok(())
   }
@@ -144,6 +155,7 @@ pub struct TickResultArgs<'a> {
     pub error: Option<flatbuffers::WIPOffset<Error<'a>>>,
     pub sensors: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<SensorDatum<'a>>>>>,
     pub cameras_due: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
+    pub guests: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>,
 }
 impl<'a> Default for TickResultArgs<'a> {
   #[inline]
@@ -156,6 +168,7 @@ impl<'a> Default for TickResultArgs<'a> {
       error: None,
       sensors: None,
       cameras_due: None,
+      guests: None,
     }
   }
 }
@@ -194,6 +207,10 @@ impl<'a: 'b, 'b> TickResultBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickResult::VT_CAMERAS_DUE, cameras_due);
   }
   #[inline]
+  pub fn add_guests(&mut self, guests: flatbuffers::WIPOffset<flatbuffers::Vector<'b , flatbuffers::ForwardsUOffset<&'b  str>>>) {
+    self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickResult::VT_GUESTS, guests);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> TickResultBuilder<'a, 'b> {
     let start = _fbb.start_table();
     TickResultBuilder {
@@ -218,6 +235,7 @@ impl core::fmt::Debug for TickResult<'_> {
       ds.field("error", &self.error());
       ds.field("sensors", &self.sensors());
       ds.field("cameras_due", &self.cameras_due());
+      ds.field("guests", &self.guests());
       ds.finish()
   }
 }

@@ -31,6 +31,7 @@ impl<'a> WorldInfo<'a> {
   pub const VT_ACTOR_COUNT: flatbuffers::VOffsetT = 10;
   pub const VT_OWNER: flatbuffers::VOffsetT = 12;
   pub const VT_QUARANTINED: flatbuffers::VOffsetT = 14;
+  pub const VT_STANDS_FOR: flatbuffers::VOffsetT = 16;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -42,6 +43,7 @@ impl<'a> WorldInfo<'a> {
     args: &'args WorldInfoArgs<'args>
   ) -> flatbuffers::WIPOffset<WorldInfo<'bldr>> {
     let mut builder = WorldInfoBuilder::new(_fbb);
+    builder.add_stands_for(args.stands_for);
     builder.add_tick(args.tick);
     builder.add_world(args.world);
     if let Some(x) = args.quarantined { builder.add_quarantined(x); }
@@ -95,6 +97,14 @@ impl<'a> WorldInfo<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<&str>>(WorldInfo::VT_QUARANTINED, None)}
   }
+  /// The first of the worlds that it goes on from, as who shares its clock has said; 0: none.
+  #[inline]
+  pub fn stands_for(&self) -> u64 {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<u64>(WorldInfo::VT_STANDS_FOR, Some(0)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for WorldInfo<'_> {
@@ -110,6 +120,7 @@ impl flatbuffers::Verifiable for WorldInfo<'_> {
      .visit_field::<u32>("actor_count", Self::VT_ACTOR_COUNT, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("owner", Self::VT_OWNER, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<&str>>("quarantined", Self::VT_QUARANTINED, false)?
+     .visit_field::<u64>("stands_for", Self::VT_STANDS_FOR, false)?
      .finish();
     Ok(())
   }
@@ -121,6 +132,7 @@ pub struct WorldInfoArgs<'a> {
     pub actor_count: u32,
     pub owner: Option<flatbuffers::WIPOffset<&'a str>>,
     pub quarantined: Option<flatbuffers::WIPOffset<&'a str>>,
+    pub stands_for: u64,
 }
 impl<'a> Default for WorldInfoArgs<'a> {
   #[inline]
@@ -132,6 +144,7 @@ impl<'a> Default for WorldInfoArgs<'a> {
       actor_count: 0,
       owner: None,
       quarantined: None,
+      stands_for: 0,
     }
   }
 }
@@ -166,6 +179,10 @@ impl<'a: 'b, 'b> WorldInfoBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(WorldInfo::VT_QUARANTINED, quarantined);
   }
   #[inline]
+  pub fn add_stands_for(&mut self, stands_for: u64) {
+    self.fbb_.push_slot::<u64>(WorldInfo::VT_STANDS_FOR, stands_for, 0);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> WorldInfoBuilder<'a, 'b> {
     let start = _fbb.start_table();
     WorldInfoBuilder {
@@ -190,6 +207,7 @@ impl core::fmt::Debug for WorldInfo<'_> {
       ds.field("actor_count", &self.actor_count());
       ds.field("owner", &self.owner());
       ds.field("quarantined", &self.quarantined());
+      ds.field("stands_for", &self.stands_for());
       ds.finish()
   }
 }

@@ -7,8 +7,8 @@ use super::check_count;
 use crate::generated as fb;
 use crate::limits::{ATTRIBUTE_CHARS_MAX, ATTRIBUTES_PER_ACTOR_MAX};
 use crate::{
-    ActorId, Attribute, Error, ErrorCode, Pose, TrafficLightColour, UnitQuaternion, Vec3,
-    VehicleFailure, WorldId,
+    ActorId, Attribute, Error, ErrorCode, Pose, ServiceId, TrafficLightColour, UnitQuaternion,
+    Vec3, VehicleFailure, WorldId,
 };
 
 type Attributes<'a> = Vector<'a, ForwardsUOffset<fb::Attribute<'a>>>;
@@ -79,6 +79,10 @@ pub(super) fn attributes_in(raw: Option<Attributes<'_>>) -> Result<Vec<Attribute
             Ok(Attribute { id: id.to_owned(), value: value.to_owned() })
         })
         .collect()
+}
+
+pub(super) fn name_in(name: &str) -> Result<ServiceId, Error> {
+    name.parse().map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("name: {cause}")))
 }
 
 pub(super) fn world_in(value: u64) -> Result<WorldId, Error> {

@@ -5,14 +5,14 @@ use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, UnionWIPOffset, Vector, WI
 use super::camera::{images_in, images_out};
 use super::description::{actors_in, actors_out, hits_in, hits_out, vehicles_in, vehicles_out};
 use super::frame::{collisions_in, collisions_out, map_in};
-use super::parts::{actor_in, error_code_in, error_code_out, unknown_variant, world_in};
+use super::parts::{actor_in, error_code_in, error_code_out, name_in, unknown_variant, world_in};
 use super::sensor::{sensors_in, sensors_out};
 use super::{Kind, needed, root};
 use crate::generated as fb;
 use crate::limits::REPLY_BYTES_MAX;
 use crate::{
-    ActorId, CommandReply, EncodedFrame, Error, ErrorCode, Images, Reply, Tick, TickOutcome,
-    TickResult, WorldInfo,
+    ActorId, CommandReply, EncodedFrame, Error, Images, Reply, Tick, TickOutcome, TickResult,
+    WorldId, WorldInfo,
 };
 
 const REPLY: Kind =
@@ -56,7 +56,8 @@ fn content_bytes(reply: &Reply) -> usize {
 /// The reply in these bytes.
 ///
 /// # Errors
-/// [`ErrorCode::TooLarge`] and [`ErrorCode::InvalidMessage`].
+/// [`TooLarge`](crate::ErrorCode::TooLarge) and
+/// [`InvalidMessage`](crate::ErrorCode::InvalidMessage).
 pub fn decode_reply(bytes: &[u8]) -> Result<Reply, Error> {
     let raw = root::<fb::Reply>(&REPLY, bytes)?;
     body_in(&raw)
@@ -233,6 +234,7 @@ fn worlds_out(b: &mut FlatBufferBuilder<'_>, worlds: &[WorldInfo]) -> WIPOffset<
             actor_count: world.actor_count,
             owner,
             quarantined,
+            stands_for: world.stands_for.map_or(0, WorldId::get),
         };
         raw.push(fb::WorldInfo::create(b, &args));
     }
@@ -241,15 +243,14 @@ fn worlds_out(b: &mut FlatBufferBuilder<'_>, worlds: &[WorldInfo]) -> WIPOffset<
 }
 
 fn world_info_in(raw: &fb::WorldInfo<'_>) -> Result<WorldInfo, Error> {
-    let owner = raw.owner().map(str::parse).transpose();
     Ok(WorldInfo {
         world: world_in(raw.world())?,
         map: raw.map().to_owned(),
         tick: Tick(raw.tick()),
         actor_count: raw.actor_count(),
-        owner: owner
-            .map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("owner: {cause}")))?,
+        owner: raw.owner().map(name_in).transpose()?,
         quarantined: raw.quarantined().map(str::to_owned),
+        stands_for: WorldId::new(raw.stands_for()),
     })
 }
 
@@ -287,6 +288,13 @@ fn tick_result_out<'a>(
                 let ids: Vec<u32> = outcome.cameras_due.iter().map(|id| id.get()).collect();
                 Some(b.create_vector(&ids))
             },
+            guests: if outcome.guests.is_empty() {
+                None
+            } else {
+                let names = outcome.guests.iter().map(|name| b.create_string(name.as_str()));
+                let names: Vec<_> = names.collect();
+                Some(b.create_vector(&names))
+            },
         },
         Err(error) => {
             fb::TickResultArgs { world, error: Some(error_out(b, error)), ..Default::default() }
@@ -306,6 +314,11 @@ fn tick_result_in(raw: &fb::TickResult<'_>) -> Result<TickResult, Error> {
             cameras_due: raw
                 .cameras_due()
                 .map(|ids| ids.iter().map(actor_in).collect::<Result<_, _>>())
+                .transpose()?
+                .unwrap_or_default(),
+            guests: raw
+                .guests()
+                .map(|names| names.iter().map(name_in).collect::<Result<_, _>>())
                 .transpose()?
                 .unwrap_or_default(),
         }),

@@ -3,7 +3,7 @@
 use flatbuffers::{FlatBufferBuilder, UnionWIPOffset, WIPOffset};
 
 use super::command::{commands_in, commands_out};
-use super::parts::{actor_in, vec3_in, vec3_out, world_in};
+use super::parts::{actor_in, name_in, vec3_in, vec3_out, world_in};
 use super::{Kind, check_count, root};
 use crate::generated as fb;
 use crate::generated::RequestBody as Table;
@@ -108,8 +108,8 @@ fn body_out(b: &mut FlatBufferBuilder<'_>, request: &Request) -> Body {
             let (name, text) = (Some(b.create_string(name)), Some(b.create_string(text)));
             (Table::PutMap, fb::PutMap::create(b, &fb::PutMapArgs { name, text }).as_union_value())
         }
-        Request::ShareClock { world, participant, lease_millis } => {
-            share_out(b, *world, participant, *lease_millis)
+        Request::ShareClock { world, participant, lease_millis, stands_for } => {
+            share_out(b, *world, participant, (*lease_millis, *stands_for))
         }
         Request::RecordWorld { world, on, name } => record_out(b, *world, *on, name.as_deref()),
         Request::BranchJournal { name, tick, lease } => branch_out(b, name, *tick, lease.as_ref()),
@@ -145,10 +145,11 @@ fn share_out(
     b: &mut FlatBufferBuilder<'_>,
     world: WorldId,
     participant: &ServiceId,
-    lease_millis: u32,
+    (lease_millis, stands_for): (u32, Option<WorldId>),
 ) -> Body {
     let participant = Some(b.create_string(participant.as_str()));
-    let args = fb::ShareClockArgs { world: world.get(), participant, lease_millis };
+    let stands_for = stands_for.map_or(0, WorldId::get);
+    let args = fb::ShareClockArgs { world: world.get(), participant, lease_millis, stands_for };
     (Table::ShareClock, fb::ShareClock::create(b, &args).as_union_value())
 }
 
@@ -220,7 +221,8 @@ fn body_in(raw: &fb::Request<'_>) -> Result<Request, Error> {
     }
     if let Some(share) = raw.body_as_share_clock() {
         let (world, participant) = (world_in(share.world())?, name_in(share.participant())?);
-        return Ok(Request::ShareClock { world, participant, lease_millis: share.lease_millis() });
+        let (lease_millis, stands_for) = (share.lease_millis(), WorldId::new(share.stands_for()));
+        return Ok(Request::ShareClock { world, participant, lease_millis, stands_for });
     }
     if let Some(record) = raw.body_as_record_world() {
         return record_in(&record);
@@ -307,10 +309,6 @@ fn lease_out<'a>(
 fn lease_in(owner: Option<&str>, millis: u32) -> Result<Option<Lease>, Error> {
     let Some(owner) = owner else { return Ok(None) };
     Ok(Some(Lease { owner: name_in(owner)?, millis }))
-}
-
-fn name_in(name: &str) -> Result<ServiceId, Error> {
-    name.parse().map_err(|cause| Error::new(ErrorCode::InvalidMessage, format!("name: {cause}")))
 }
 
 fn tick_out(b: &mut FlatBufferBuilder<'_>, items: &[TickItem]) -> WIPOffset<UnionWIPOffset> {

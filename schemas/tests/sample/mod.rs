@@ -280,6 +280,7 @@ pub(crate) fn requests() -> Vec<Request> {
             world: world(),
             participant: "left".parse().unwrap(),
             lease_millis: 500,
+            stands_for: WorldId::new(3),
         },
         Request::RecordWorld { world: world(), on: true, name: None },
         Request::RecordWorld { world: world(), on: false, name: Some("a.journal".to_owned()) },
@@ -297,6 +298,7 @@ pub(crate) fn replies() -> Vec<Reply> {
         collisions: vec![collision()],
         sensors: sensors(),
         cameras_due: vec![actor(30)],
+        guests: vec!["carla-1".parse().unwrap()],
     };
     let image = Image {
         camera: 9,
@@ -318,6 +320,7 @@ pub(crate) fn replies() -> Vec<Reply> {
             actor_count: 2,
             owner: lease().map(|lease| lease.owner),
             quarantined: Some("it diverged".into()),
+            stands_for: WorldId::new(2),
         }]),
         Reply::Maps(vec![map()]),
         Reply::Snapshot(vec![0; 100]),

@@ -16,6 +16,8 @@ pub struct Hosted<S> {
     map_name: String,
     lease: Option<Lease>,
     orphaned_since: Option<Instant>,
+    /// The first of the worlds that it goes on from.
+    pub(super) stands_for: Option<WorldId>,
     pub(super) roster: Roster<Waiter>,
     pub(super) run: Option<Run>,
     /// What came for the world while a request was under way; in order.
@@ -40,12 +42,13 @@ impl<S: Simulation> Hosted<S> {
         let map_name = world.map().name.clone();
         let state = State::Healthy(Box::new(Recorded::new(world)));
         let (roster, deferred) = (Roster::default(), VecDeque::new());
-        let (orphaned_since, run, took) = (None, None, [Duration::ZERO; 2]);
+        let (orphaned_since, stands_for, run, took) = (None, None, None, [Duration::ZERO; 2]);
         Self {
             tenant,
             map_name,
             lease,
             orphaned_since,
+            stands_for,
             roster,
             run,
             deferred,
@@ -124,6 +127,7 @@ impl<S: Simulation> Hosted<S> {
             actor_count,
             owner: self.owner().cloned(),
             quarantined: reason,
+            stands_for: self.stands_for,
         }
     }
 

@@ -96,6 +96,8 @@ pub enum WorldWork {
         participant: ServiceId,
         /// How long the others wait.
         lease: Option<Duration>,
+        /// The first of the worlds that it goes on from.
+        stands_for: Option<WorldId>,
     },
     /// A journal from now on, or none.
     Record {
@@ -149,10 +151,10 @@ impl<S: super::Simulation> Dispatcher<S> {
                 (world, WorldWork::Look(Question::Vehicles(actors)))
             }
             Request::CastRays { world, rays } => (world, WorldWork::Look(Question::Rays(rays))),
-            Request::ShareClock { world, participant, lease_millis } => {
+            Request::ShareClock { world, participant, lease_millis, stands_for } => {
                 let lease = Duration::from_millis(lease_millis.into());
                 let lease = Some(lease).filter(|lease| !lease.is_zero());
-                (world, WorldWork::Share { participant, lease })
+                (world, WorldWork::Share { participant, lease, stands_for })
             }
             Request::RecordWorld { world, on, name } => (world, WorldWork::Record { on, name }),
             other @ (Request::CreateWorld { .. }

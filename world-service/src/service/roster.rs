@@ -40,6 +40,11 @@ impl<T> Roster<T> {
         self.members.contains_key(name)
     }
 
+    /// Who takes part beside this one, by name.
+    pub(super) fn others(&self, name: &ServiceId) -> Vec<ServiceId> {
+        self.members.keys().filter(|other| *other != name).cloned().collect()
+    }
+
     /// Takes a participant in, or changes its lease.
     ///
     /// # Errors

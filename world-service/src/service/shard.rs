@@ -266,7 +266,8 @@ impl<S: Simulation> Shard<S> {
                 hosted.with(id, |world| Ok(Reply::CommandReplies(world.run(id, &commands))))
             }
             WorldWork::Look(question) => hosted.with(id, |world| world.answer(&question)),
-            WorldWork::Share { participant, lease } => {
+            WorldWork::Share { participant, lease, stands_for } => {
+                hosted.stands_for = stands_for.or(hosted.stands_for);
                 let shared = hosted.share(now, id, (participant, lease), outlet);
                 self.find_next_end();
                 shared

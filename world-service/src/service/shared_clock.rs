@@ -85,9 +85,12 @@ impl<S: Simulation> Hosted<S> {
         let mut from = 0;
         for waiter in waiters {
             let to = from + waiter.item.commands.len();
+            let owner =
+                self.owner().filter(|owner| waiter.item.participant.as_ref() == Some(owner));
+            let guests = owner.map(|owner| self.roster.others(owner)).unwrap_or_default();
             let own = outcome.clone().map(|outcome| {
                 let replies = outcome.replies.get(from..to).unwrap_or_default().to_vec();
-                TickOutcome { replies, ..outcome }
+                TickOutcome { replies, guests, ..outcome }
             });
             from = to;
             waiter.give(own);

@@ -71,6 +71,7 @@ async fn who_waits_on_a_lent_thread_is_answered_when_the_missing_ones_lease_ends
             world,
             participant: participant.parse().unwrap(),
             lease_millis: LEASE.as_millis() as u32,
+            stands_for: None,
         };
         let key = keys::world(&tenant(), world);
         assert_eq!(site.client.request(&key, &share, deadline()).await, Ok(Reply::Done));

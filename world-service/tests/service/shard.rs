@@ -253,7 +253,7 @@ impl Bench {
         self.answered(|answer| Job::World { tenant: tenant(), world, work, answer })
     }
 
-    fn list(&mut self) -> Vec<WorldInfo> {
+    pub(crate) fn list(&mut self) -> Vec<WorldInfo> {
         let finish = |parts: Vec<Vec<WorldInfo>>| Reply::Worlds(parts.concat());
         let list = |answer| Job::List {
             tenant: tenant(),

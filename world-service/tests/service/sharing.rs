@@ -22,7 +22,17 @@ fn step(world: WorldId, participant: &str) -> TickItem {
 }
 
 fn share(bench: &mut Bench, world: WorldId, participant: &str, lease: Option<Duration>) -> Reply {
-    bench.work(world, WorldWork::Share { participant: name(participant), lease })
+    share_as(bench, (world, None), participant, lease)
+}
+
+/// The same, in a world that stands for another one.
+fn share_as(
+    bench: &mut Bench,
+    (world, stands_for): (WorldId, Option<WorldId>),
+    participant: &str,
+    lease: Option<Duration>,
+) -> Reply {
+    bench.work(world, WorldWork::Share { participant: name(participant), lease, stands_for })
 }
 
 /// Asks for a tick that may have to wait.
@@ -106,6 +116,35 @@ fn a_world_is_shared_with_its_owner_or_not_at_all() {
 }
 
 #[test]
+fn the_owner_hears_of_its_guests_and_they_do_not_hear_of_each_other() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, Some(Lease { owner: name("face"), millis: 60_000 }));
+    share(&mut bench, world, "face", Some(LEASE));
+    assert!(bench.tick(step(world, "face")).unwrap().guests.is_empty());
+    for guest in ["one", "other"] {
+        share(&mut bench, world, guest, Some(LEASE));
+    }
+    let waiting = ["other", "one"].map(|guest| ask(&mut bench, step(world, guest)));
+    let told = bench.tick(step(world, "face")).unwrap();
+    assert_eq!(told.guests, [name("one"), name("other")]);
+    for guest in waiting {
+        assert!(outcome(&guest).unwrap().guests.is_empty());
+    }
+}
+
+#[test]
+fn a_world_tells_which_one_it_stands_for() {
+    let mut bench = Bench::new();
+    let (world, before) = (bench.create(7, None), WorldId::of_host(9, 4));
+    let told =
+        |bench: &mut Bench| bench.list().iter().map(|info| info.stands_for).collect::<Vec<_>>();
+    assert_eq!(told(&mut bench), [None]);
+    share_as(&mut bench, (world, Some(before)), "face", Some(LEASE));
+    share(&mut bench, world, "guest", Some(LEASE));
+    assert_eq!(told(&mut bench), [Some(before)], "guests do not change it");
+}
+
+#[test]
 fn who_has_waited_for_long_is_told_so_and_takes_part_still() {
     let mut bench = Bench::new();
     let world = bench.create(7, None);
@@ -160,8 +199,12 @@ async fn over_the_bus_a_killed_client_holds_the_others_up_for_its_lease() {
     let world = site.create(7, None).await.unwrap();
     let key = keys::world(&tenant(), world);
     for participant in ["alive", "dead"] {
-        let share =
-            Request::ShareClock { world, participant: name(participant), lease_millis: 2_000 };
+        let share = Request::ShareClock {
+            world,
+            participant: name(participant),
+            lease_millis: 2_000,
+            stands_for: None,
+        };
         assert_eq!(site.client.request(&key, &share, deadline()).await, Ok(Reply::Done));
     }
     let dying = connect(&site.service).await;

@@ -120,7 +120,9 @@ async fn a_world_is_made_again_with_all_that_was_done_in_it() {
         let toys = Toys::default();
         let (world, recovery) = drive(&toys, state).await;
         let seen = toys.seen(world);
-        let Remade::Whole(again) = recovery.remake(&toys, &seen).await else { panic!("not made") };
+        let Remade::Whole(again) = recovery.remake(&toys, Seen::Alone(&seen)).await else {
+            panic!("not made")
+        };
         assert_ne!(again, world);
         assert!(is_same(&toys.seen(again), &seen));
     }
@@ -132,8 +134,14 @@ async fn a_world_that_went_another_way_is_not_used() {
     let (world, mut recovery) = drive(&toys, new_world()).await;
     let seen = toys.seen(world);
     assert!(recovery.note(commands(&[4]), 0, None));
-    let remade = recovery.remake(&toys, &seen).await;
+    let remade = recovery.remake(&toys, Seen::Alone(&seen)).await;
     assert!(matches!(remade, Remade::Never(_)), "{remade:?}");
+    // Others may have led it there.
+    let remade = recovery.remake(&toys, Seen::WithOthers(&seen)).await;
+    assert!(matches!(remade, Remade::Whole(_)), "{remade:?}");
+    assert!(recovery.note(Vec::new(), 1, None));
+    let remade = recovery.remake(&toys, Seen::WithOthers(&seen)).await;
+    assert!(matches!(remade, Remade::Never(_)), "another tick: {remade:?}");
 }
 
 #[tokio::test]
@@ -143,7 +151,7 @@ async fn services_that_come_and_go_are_tried_again_and_full_ones_later() {
     let seen = toys.seen(world);
     let remade = async |failures: &[ErrorCode]| {
         *toys.failures.lock().unwrap() = failures.to_vec();
-        recovery.remake(&toys, &seen).await
+        recovery.remake(&toys, Seen::Alone(&seen)).await
     };
     use ErrorCode::{Capacity, InvalidMessage, TimedOut, Unreachable};
     assert!(matches!(remade(&[Unreachable, TimedOut]).await, Remade::Whole(_)));
@@ -165,7 +173,8 @@ async fn a_question_that_is_lost_takes_only_its_own_time() {
     }
     let seen = toys.seen(world);
     toys.lost.store(1, Ordering::Relaxed);
-    let remade = tokio::time::timeout(3 * PATIENCE[0], recovery.remake(&toys, &seen)).await;
+    let remade =
+        tokio::time::timeout(3 * PATIENCE[0], recovery.remake(&toys, Seen::Alone(&seen))).await;
     assert!(matches!(remade, Ok(Remade::Whole(_))), "{remade:?}");
 }
 

@@ -52,6 +52,20 @@ fn who_is_heard_is_asked_by_the_way_that_was_opened_to_it() {
 }
 
 #[test]
+fn a_world_is_gone_with_its_process_unless_one_has_not_said_its_number() {
+    let mut roster = roster(&["a", "b"], NEAR);
+    assert!(!roster.is_gone(world(1)) && roster.is_gone(world(3)));
+    let (coming, _) = roster.fall_silent(&id("a")).unwrap();
+    assert!(!roster.is_gone(world(1)), "it may live");
+    roster.die(&id("a"), coming);
+    assert!(roster.is_gone(world(1)));
+    roster.come_up(&id("c"), 0);
+    assert!(!roster.is_gone(world(1)), "c may have it");
+    roster.note_world(&id("c"), world(7));
+    assert!(roster.is_gone(world(1)) && !roster.is_gone(world(7)));
+}
+
+#[test]
 fn who_falls_silent_on_another_machine_is_forgotten() {
     let mut roster = roster(&["a"], FAR);
     assert_eq!(roster.fall_silent(&id("a")), None);

@@ -101,6 +101,7 @@ impl Toy {
                 actor_count: 0,
                 owner: Some(id("face")),
                 quarantined: None,
+                stands_for: None,
             }])),
             Ok(Request::ListMaps) => {
                 let digest = host.repeat(64 / host.len());

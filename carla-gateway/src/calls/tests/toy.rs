@@ -295,6 +295,10 @@ impl Site for Toy {
         false
     }
 
+    fn is_gone(&self, world: WorldId) -> bool {
+        world != self.world()
+    }
+
     fn changes(&self) -> tokio::sync::watch::Receiver<u64> {
         tokio::sync::watch::Sender::new(0).subscribe()
     }

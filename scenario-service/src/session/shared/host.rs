@@ -133,6 +133,14 @@ impl Host {
                 self.later[seat].clear();
                 self.rounds.leave(seat, is_over);
             }
+            Message::MoveAway { answer } => {
+                let moved = match self.ended {
+                    Some(_) => Ok(()),
+                    None => self.world.move_away(&self.context, &self.frame).await,
+                };
+                // Who has gone is told nothing.
+                let _ = answer.send(moved);
+            }
             Message::End => self.end(Trouble::Ended),
         }
     }

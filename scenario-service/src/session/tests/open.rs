@@ -20,6 +20,91 @@ async fn a_world_that_is_open_says_so_and_its_steps_are_single_ticks_of_a_partic
     assert!(ticks.iter().all(|participant| participant.as_deref() == Some("face")), "{ticks:?}");
 }
 
+fn open() -> ResetRequest {
+    reset_to("free_roam", 7, json!({ "open_to_carla": true }))
+}
+
+fn guest() -> schemas::ServiceId {
+    "carla-1".parse().unwrap()
+}
+
+#[tokio::test]
+async fn a_world_that_guests_changed_is_made_again_as_they_left_it_and_waits_for_them() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    let first = port.ids()[0];
+    port.guests.lock().unwrap().push(guest());
+    observe(&mut session, 2).await;
+    port.disturb();
+    observe(&mut session, 1).await;
+    let before = port.look(port.ids()[0]).unwrap();
+    port.crash();
+    // Nobody steps meanwhile.
+    session.move_away().await.unwrap();
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    let sharing = port.sharings.lock().unwrap().last().unwrap().clone();
+    assert_eq!((sharing.stands_for, sharing.guests), (Some(first), vec![guest()]));
+    assert_eq!(observe(&mut session, 1).await["step_number"], 4);
+}
+
+#[tokio::test]
+async fn a_world_that_guests_changed_since_the_last_step_moves_as_it_is_and_comes_back_then() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    observe(&mut session, 2).await;
+    let old = port.ids()[0];
+    port.disturb();
+    let before = port.look(old).unwrap();
+    port.drains.store(true, Ordering::Relaxed);
+    session.move_away().await.unwrap();
+    port.drains.store(false, Ordering::Relaxed);
+    settle().await;
+    assert_eq!(port.ids().len(), 1);
+    assert_ne!(port.ids()[0], old);
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    port.crash();
+    assert_eq!(observe(&mut session, 1).await["step_number"], 3);
+}
+
+#[tokio::test]
+async fn a_world_whose_guests_have_gone_is_again_one_that_is_known_to_the_bit() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    port.guests.lock().unwrap().push(guest());
+    observe(&mut session, 2).await;
+    port.guests.lock().unwrap().clear();
+    observe(&mut session, 3).await;
+    // Nobody is known to have been there.
+    port.disturb();
+    observe(&mut session, 1).await;
+    port.crash();
+    let error = session.step(&Action::of(ActionKind::Observe)).await.unwrap_err().to_string();
+    assert!(error.ends_with("; reset to start a new episode"), "{error}");
+}
+
+#[tokio::test]
+async fn a_world_with_several_egos_moves_as_well() {
+    let (port, mut session) = session();
+    let shared = json!({ "num_egos": 2, "join_timeout_secs": 0.1 });
+    session.reset(reset_to("free_roam", 7, shared)).await.unwrap();
+    observe(&mut session, 1).await;
+    let old = port.ids()[0];
+    port.drains.store(true, Ordering::Relaxed);
+    session.move_away().await.unwrap();
+    settle().await;
+    assert_eq!(port.ids().len(), 1);
+    assert_ne!(port.ids()[0], old);
+    assert_eq!(observe(&mut session, 1).await["step_number"], 2);
+}
+
+#[tokio::test]
+async fn a_world_whose_time_goes_on_by_itself_is_not_open() {
+    let (_, mut session) = session();
+    let both = json!({ "open_to_carla": true, "realtime": true });
+    let refused = session.reset(reset_to("free_roam", 7, both)).await.unwrap_err().to_string();
+    assert!(refused.contains("open_to_carla must be false where realtime is true"), "{refused}");
+}
+
 #[tokio::test]
 async fn a_world_that_is_not_open_is_ticked_as_a_whole_and_has_no_name() {
     let (port, context) = testing::context();

@@ -51,8 +51,16 @@ class ShareClock(object):
             return self._tab.Get(flatbuffers.number_types.Uint32Flags, o + self._tab.Pos)
         return 0
 
+    # The first of the worlds that this one goes on from, for those who look for it; 0: none.
+    # ShareClock
+    def StandsFor(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(10))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint64Flags, o + self._tab.Pos)
+        return 0
+
 def ShareClockStart(builder):
-    builder.StartObject(3)
+    builder.StartObject(4)
 
 def Start(builder):
     ShareClockStart(builder)
@@ -74,6 +82,12 @@ def ShareClockAddLeaseMillis(builder, leaseMillis):
 
 def AddLeaseMillis(builder, leaseMillis):
     ShareClockAddLeaseMillis(builder, leaseMillis)
+
+def ShareClockAddStandsFor(builder, standsFor):
+    builder.PrependUint64Slot(3, standsFor, 0)
+
+def AddStandsFor(builder, standsFor):
+    ShareClockAddStandsFor(builder, standsFor)
 
 def ShareClockEnd(builder):
     return builder.EndObject()

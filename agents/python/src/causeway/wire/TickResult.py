@@ -186,8 +186,29 @@ class TickResult(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
         return o == 0
 
+    # Who shares the clock beside the owner, which alone is told.
+    # TickResult
+    def Guests(self, j):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(18))
+        if o != 0:
+            a = self._tab.Vector(o)
+            return self._tab.String(a + flatbuffers.number_types.UOffsetTFlags.py_type(j * 4))
+        return ""
+
+    # TickResult
+    def GuestsLength(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(18))
+        if o != 0:
+            return self._tab.VectorLen(o)
+        return 0
+
+    # TickResult
+    def GuestsIsNone(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(18))
+        return o == 0
+
 def TickResultStart(builder):
-    builder.StartObject(7)
+    builder.StartObject(8)
 
 def Start(builder):
     TickResultStart(builder)
@@ -270,6 +291,18 @@ def TickResultStartCamerasDueVector(builder, numElems):
 
 def StartCamerasDueVector(builder, numElems: int) -> int:
     return TickResultStartCamerasDueVector(builder, numElems)
+
+def TickResultAddGuests(builder, guests):
+    builder.PrependUOffsetTRelativeSlot(7, flatbuffers.number_types.UOffsetTFlags.py_type(guests), 0)
+
+def AddGuests(builder, guests):
+    TickResultAddGuests(builder, guests)
+
+def TickResultStartGuestsVector(builder, numElems):
+    return builder.StartVector(4, numElems, 4)
+
+def StartGuestsVector(builder, numElems: int) -> int:
+    return TickResultStartGuestsVector(builder, numElems)
 
 def TickResultEnd(builder):
     return builder.EndObject()

@@ -71,8 +71,16 @@ class WorldInfo(object):
             return self._tab.String(o + self._tab.Pos)
         return None
 
+    # The first of the worlds that it goes on from, as who shares its clock has said; 0: none.
+    # WorldInfo
+    def StandsFor(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(16))
+        if o != 0:
+            return self._tab.Get(flatbuffers.number_types.Uint64Flags, o + self._tab.Pos)
+        return 0
+
 def WorldInfoStart(builder):
-    builder.StartObject(6)
+    builder.StartObject(7)
 
 def Start(builder):
     WorldInfoStart(builder)
@@ -112,6 +120,12 @@ def WorldInfoAddQuarantined(builder, quarantined):
 
 def AddQuarantined(builder, quarantined):
     WorldInfoAddQuarantined(builder, quarantined)
+
+def WorldInfoAddStandsFor(builder, standsFor):
+    builder.PrependUint64Slot(6, standsFor, 0)
+
+def AddStandsFor(builder, standsFor):
+    WorldInfoAddStandsFor(builder, standsFor)
 
 def WorldInfoEnd(builder):
     return builder.EndObject()

@@ -1,0 +1,76 @@
+//! What a session knows of a world of its own that CARLA's clients may come into.
+
+use std::collections::BTreeSet;
+
+use schemas::{Error, Frame, ServiceId, WorldId};
+use worlds::Seen;
+
+use super::SessionContext;
+use crate::world_port::Sharing;
+
+pub(super) struct Opened {
+    /// As whom the session ticks it.
+    pub(super) participant: ServiceId,
+    /// The first of the worlds that it goes on from.
+    first: WorldId,
+    /// Who shared its clock in the last step.
+    guests: BTreeSet<ServiceId>,
+    /// Whether its kept state may be another one than its ticks have told.
+    is_changed: bool,
+}
+
+impl Opened {
+    /// Has guests come into a world if they like.
+    ///
+    /// # Errors
+    /// Those of the port.
+    pub(super) async fn begin(context: &SessionContext, world: WorldId) -> Result<Self, Error> {
+        let sharing = Sharing { world, stands_for: None, guests: Vec::new() };
+        let participant = context.port.share_clock(sharing).await?;
+        Ok(Self { participant, first: world, guests: BTreeSet::new(), is_changed: false })
+    }
+
+    /// Has them find the world that takes its place, whose clock is nobody's yet. Those of before
+    /// are waited for, so that nothing happens without them.
+    ///
+    /// # Errors
+    /// Those of the port.
+    pub(super) async fn again(
+        &self,
+        context: &SessionContext,
+        world: WorldId,
+    ) -> Result<(), Error> {
+        let guests = self.guests.iter().cloned().collect();
+        let sharing = Sharing { world, stands_for: Some(self.first), guests };
+        context.port.share_clock(sharing).await.map(drop)
+    }
+
+    /// A step is done that these have shared.
+    pub(super) fn note_step(&mut self, guests: BTreeSet<ServiceId>) {
+        // Who has just gone may have taken something along.
+        self.is_changed = !(guests.is_empty() && self.guests.is_empty());
+        self.guests = guests;
+    }
+
+    /// A step broke off that these have shared.
+    pub(super) fn note_broken_step(&mut self, guests: BTreeSet<ServiceId>) {
+        self.guests.extend(guests);
+    }
+
+    /// The state that is kept is that of this moment, whatever guests have done since the step.
+    pub(super) fn note_move(&mut self) {
+        self.is_changed = true;
+    }
+
+    pub(super) fn is_changed(&self) -> bool {
+        self.is_changed
+    }
+}
+
+/// How far a world that is made from what is kept has to be as a frame shows it.
+pub(super) fn seen<'a>(opened: Option<&Opened>, frame: &'a Frame) -> Seen<'a> {
+    match opened.is_some_and(Opened::is_changed) {
+        true => Seen::WithOthers(frame),
+        false => Seen::Alone(frame),
+    }
+}
