@@ -9,7 +9,7 @@ mod rain;
 mod sky;
 
 pub(crate) use body::body;
-pub(crate) use cabin::{Inside, WINDOWS};
+pub(crate) use cabin::Inside;
 pub(crate) use coated::Coated;
 pub(crate) use facade::facade;
 pub(crate) use ground::ground;

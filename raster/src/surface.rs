@@ -7,8 +7,10 @@ use crate::draw::Seen;
 use crate::model::{Corner, Model};
 use crate::quality::Quality;
 use crate::scene::{Family, Scene};
-use crate::shade::WINDOWS;
 use crate::vector::{LANES, V3, V8, affine, clamp01, cross, dot, scale, splat, sub, unit};
+
+/// The first pattern of a vehicle's windows; all from it on are.
+pub(crate) const WINDOWS: u8 = 7;
 
 /// A triangle in the world, as shading needs it.
 #[derive(Clone, Debug)]

@@ -8,11 +8,9 @@ use fearless_simd::{Simd, f32x8};
 
 use super::Sight;
 use crate::light::Light;
-use crate::surface::{Looks, Surface};
+use crate::surface::{Looks, Surface, WINDOWS};
 use crate::vector::{LANES, V8, affine, clamp, dot, from_lanes, smoothstep, splat, to_lanes};
 
-/// The first pattern of windows; the others follow it in the order of [`PLANS`].
-pub(crate) const WINDOWS: u8 = 7;
 /// Half of a seat's back along the cabin.
 const HALF_BACK: f32 = 0.045;
 /// Half width of a head rest, as a part of a seat's.
@@ -39,7 +37,7 @@ struct Plan {
     wall_x: f32,
 }
 
-/// Of cars, vans, trucks and buses.
+/// Of cars, vans, trucks and buses, in the order of the patterns of their windows.
 const PLANS: [Plan; 4] = [
     Plan {
         rows: [-0.14, 0.42, 2.0],
