@@ -1,6 +1,6 @@
 //! What is seen through the windows of vehicles: seats, the dashboard, and what is behind them.
 //!
-//! Every window is a flat triangle in the visibility buffer; the ray through it goes on in a plan of
+//! Every window is a triangle in the visibility buffer; the ray through it goes on in a plan of
 //! what is inside. The formulas and numbers are those of `cabin.wgsl`.
 
 use fearless_simd::prelude::*;
