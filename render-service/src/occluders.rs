@@ -10,8 +10,8 @@ use crate::strip::Strip;
 /// hardly a pixel.
 const AWAY_MAX_M: f32 = 60.0;
 
-/// Vehicles, people and houses that stand on what a strip's colour picture shows, the nearest first.
-/// They are the same for all rows of it.
+/// Vehicles, people and houses that stand on what a strip's colour picture shows, the nearest
+/// first. They are the same for all rows of it.
 pub(crate) fn occluders_of(strip: &Strip<'_>) -> Vec<Occluder> {
     if strip.camera().kind != ImageKind::Rgb {
         return Vec::new();
