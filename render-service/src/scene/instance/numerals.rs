@@ -10,8 +10,8 @@ const HALF_STROKE: f32 = 0.07;
 /// Three digits are lower.
 const LOW: f32 = 0.66;
 
-/// A stroke: its middle and the unit vector along it, to the right and up on the board, and half its
-/// length and width.
+/// A stroke: its middle and the unit vector along it, to the right and up on the board, and half
+/// its length and width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
     pub(super) middle: [f32; 2],
