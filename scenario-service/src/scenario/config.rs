@@ -173,11 +173,8 @@ impl Common {
         overrides.boolean("open_to_carla", &mut self.open_to_carla)?;
         if self.open_to_carla && self.realtime {
             // Its time goes on by leaps, when the session steps.
-            return Err(ScenarioError::Config {
-                key: "open_to_carla".to_owned(),
-                wanted: "false where realtime is true".to_owned(),
-                found: "true".to_owned(),
-            });
+            let found = Value::Bool(true);
+            return Err(wrong("open_to_carla", "false where realtime is true", &found));
         }
         self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)

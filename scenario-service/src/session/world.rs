@@ -78,7 +78,7 @@ pub(super) struct EpisodeWorld {
     /// Ticks since then, or since room was looked for again.
     bare_ticks: u32,
     /// Where CARLA's clients may come into it.
-    opened: Option<Opened>,
+    opened: Option<Box<Opened>>,
 }
 
 impl EpisodeWorld {
@@ -103,7 +103,7 @@ impl EpisodeWorld {
     /// Those of the port, or that the world is gone.
     pub(super) async fn open(&mut self, context: &SessionContext) -> Result<(), Error> {
         let Some(world) = self.owned.as_ref().map(OwnedWorld::id) else { return Err(gone()) };
-        self.opened = Some(Opened::begin(context, world).await?);
+        self.opened = Some(Box::new(Opened::begin(context, world).await?));
         Ok(())
     }
 
@@ -216,7 +216,9 @@ impl EpisodeWorld {
         tracing::debug!(target: "audit", %tenant, old = old.get(), new, "move world");
         // The old one is destroyed.
         self.owned = Some(world);
-        self.opened.as_mut().map(Opened::note_move);
+        if let Some(opened) = &mut self.opened {
+            opened.note_move();
+        }
         // Its room first, which the new state may need.
         self.recovery = None;
         self.recovery = Recovery::new(state, &context.recovery);
@@ -241,7 +243,7 @@ impl EpisodeWorld {
             let text = "no world service has it, and there was no room to keep it";
             return Err(Trouble::Gone(Error::new(ErrorCode::UnknownWorld, text)));
         };
-        match recovery.remake(&FreshWorlds(context), as_seen(self.opened.as_ref(), seen)).await {
+        match recovery.remake(&FreshWorlds(context), as_seen(self.opened.as_deref(), seen)).await {
             Remade::Whole(owned) => {
                 let world = owned.id();
                 self.open_again(context, world).await.map_err(Trouble::Absent)?;
@@ -281,7 +283,7 @@ impl EpisodeWorld {
     /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
         // What guests do is not known here, only what comes of it.
-        let is_changed = self.opened.as_ref().is_some_and(Opened::is_changed);
+        let is_changed = self.opened.as_deref().is_some_and(Opened::is_changed);
         if is_changed && self.renew(context).await {
             return;
         }
