@@ -284,7 +284,7 @@ fn bodies_have_no_holes_through_which_the_road_is_seen() {
         let width = image.width_px as usize;
         let (labels, _) = image.data.as_chunks::<4>();
         let is_car: Vec<bool> =
-            labels.iter().map(|label| u32::from(TagId::unpack(*label).id) == CAR).collect();
+            labels.iter().map(|label| TagId::unpack(*label).id == CAR).collect();
         let holes = (width + 1..is_car.len() - width - 1).filter(|at| {
             !is_car[*at] && [at - 1, at + 1, at - width, at + width].iter().all(|at| is_car[*at])
         });

@@ -225,13 +225,7 @@ impl Plan {
     /// # Errors
     /// The first setting that cannot work.
     pub(crate) fn resolve(mut args: Args) -> Result<Self, PlanError> {
-        check_folders(&args)?;
-        if let Some(name) = args.adapter() {
-            AdapterChoice::parse(name).check()?;
-        }
-        if !args.no_carla {
-            check_map(&args.carla_map, args.maps.as_deref())?;
-        }
+        check_what_is_named(&args)?;
         if !scenario_service::is_guarded(args.http, args.tokens.is_some(), args.open) {
             return Err(scenario_service::Unguarded(args.http).into());
         }
@@ -291,12 +285,19 @@ impl Plan {
     }
 }
 
-fn check_folders(args: &Args) -> Result<(), PlanError> {
+/// Whether folders, the adapter and the map are there.
+fn check_what_is_named(args: &Args) -> Result<(), PlanError> {
     for (setting, path) in [("maps", &args.maps), ("scenarios", &args.scenarios)] {
         path.as_deref().map_or(Ok(()), |path| check_folder(setting, path))?;
     }
     for (setting, path) in [("recordings", &args.recordings), ("journals", &args.journals)] {
         path.as_deref().map_or(Ok(()), |path| check_new_folder(setting, path))?;
+    }
+    if let Some(name) = args.adapter() {
+        AdapterChoice::parse(name).check()?;
+    }
+    if !args.no_carla {
+        check_map(&args.carla_map, args.maps.as_deref())?;
     }
     Ok(())
 }
