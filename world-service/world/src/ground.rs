@@ -51,6 +51,8 @@ pub(crate) struct Ground {
     cell_tops_m: Vec<f32>,
     origin_m: Vector2<f32>,
     cell_m: f32,
+    /// Exact, as sides of cells are powers of two.
+    cells_per_m: f32,
     columns: usize,
     rows: usize,
     /// Endless plane where there is no triangle.
@@ -82,6 +84,7 @@ impl Ground {
             cell_tops_m: Vec::new(),
             origin_m: low.xy(),
             cell_m,
+            cells_per_m: cell_m.recip(),
             columns,
             rows,
         };
@@ -137,11 +140,22 @@ impl Ground {
     }
 
     fn cell_index(&self, point: Vec3) -> Option<usize> {
-        let column = (point.x - self.origin_m.x) / self.cell_m;
-        let row = (point.y - self.origin_m.y) / self.cell_m;
-        let inside =
-            column >= 0.0 && row >= 0.0 && column < self.columns as f32 && row < self.rows as f32;
-        inside.then(|| row as usize * self.columns + column as usize)
+        let cells = self.cells(point);
+        self.holds(cells).then(|| self.cell_at(cells))
+    }
+
+    /// From the origin to a point, in cells.
+    fn cells(&self, point: Vec3) -> Vector2<f32> {
+        (point.xy() - self.origin_m) * self.cells_per_m
+    }
+
+    fn holds(&self, cells: Vector2<f32>) -> bool {
+        let most = Vector2::new(self.columns as f32, self.rows as f32);
+        cells.x >= 0.0 && cells.y >= 0.0 && cells.x < most.x && cells.y < most.y
+    }
+
+    fn cell_at(&self, cells: Vector2<f32>) -> usize {
+        cells.y as usize * self.columns + cells.x as usize
     }
 
     /// Two passes: count the faces of each cell, then place them.
@@ -177,9 +191,14 @@ impl Ground {
     }
 
     fn corners_m(&self, cell: usize) -> [Vector2<f32>; 4] {
-        let (column, row) = ((cell % self.columns) as f32, (cell / self.columns) as f32);
+        let low = Vector2::new((cell % self.columns) as f32, (cell / self.columns) as f32);
+        self.square_m(low, 1.0)
+    }
+
+    /// Corners of a square, its low corner and its side given in cells.
+    fn square_m(&self, low: Vector2<f32>, side: f32) -> [Vector2<f32>; 4] {
         [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
-            .map(|(x, y)| self.origin_m + Vector2::new(column + x, row + y) * self.cell_m)
+            .map(|(x, y)| self.origin_m + (low + Vector2::new(x, y) * side) * self.cell_m)
     }
 
     /// Calls for the cells of which a face may cover a point.

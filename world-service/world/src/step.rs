@@ -60,6 +60,7 @@ impl World {
             grip: self.state.grip(),
             dt_secs: substep_secs,
         };
+        self.state.physics.make_room(dt_secs as f32, self.state.tick.0);
         for _ in 0..count {
             self.state.substep(surroundings, &mut log);
             if self.state.physics.is_at_rest() {

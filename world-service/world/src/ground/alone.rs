@@ -1,6 +1,6 @@
 //! The ground below what moves on: mostly the face of before, if no other face there can count.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use nalgebra::Vector2;
 use schemas::Vec3;
@@ -9,8 +9,8 @@ use super::{EDGE_M, Face, Ground, Surface};
 
 /// So far inside of its borders a face may be the only one.
 const INSIDE_M: f32 = 8.0 * EDGE_M;
-/// So much lower than another face one is below it, whatever is rounded.
-const LOWER_M: f32 = 0.02;
+/// Parts along each side of a cell, in which faces may be alone.
+const PARTS: usize = 4;
 
 /// The face that was found last; saves time and decides nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,35 +18,42 @@ pub(crate) struct Known(Option<Found>);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Found {
-    cell: u32,
+    place: Place,
+    /// In the lists of all cells.
+    entry: u32,
     face: u32,
     is_alone: bool,
 }
 
-/// Which faces count alone, by their entries in the lists of all cells. Each is looked into when
-/// something comes to it first.
-#[derive(Debug, Default)]
-pub(super) struct Alone(Vec<AtomicU8>);
+/// A part of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
+    cell: u32,
+    /// Row by row.
+    part: u8,
+}
 
-const UNKNOWN: u8 = 0;
-const ALONE: u8 = 1;
-const NOT_ALONE: u8 = 2;
+/// Which faces count alone in which parts, by their entries in the lists of all cells. Each is
+/// looked into when something comes to it first.
+#[derive(Debug, Default)]
+pub(super) struct Alone(Vec<AtomicU32>);
 
 impl Alone {
     pub(super) fn unknown(count: usize) -> Self {
-        Self((0..count).map(|_| AtomicU8::new(UNKNOWN)).collect())
+        Self((0..count).map(|_| AtomicU32::new(0)).collect())
     }
 
-    fn get_or(&self, entry: usize, find: impl FnOnce() -> bool) -> bool {
-        let Some(known) = self.0.get(entry) else { return false };
-        match known.load(Ordering::Relaxed) {
-            UNKNOWN => {
-                let is_alone = find();
-                known.store(if is_alone { ALONE } else { NOT_ALONE }, Ordering::Relaxed);
-                is_alone
-            }
-            known => known == ALONE,
+    /// The lower half of a word tells which parts are known, the upper one where it is alone.
+    fn get_or(&self, entry: u32, part: u8, find: impl FnOnce() -> bool) -> bool {
+        let Some(word) = self.0.get(entry as usize) else { return false };
+        let (known, alone) = (1 << part, 1 << (PARTS * PARTS) << part);
+        let before = word.load(Ordering::Relaxed);
+        if before & known != 0 {
+            return before & alone != 0;
         }
+        let is_alone = find();
+        word.fetch_or(if is_alone { known | alone } else { known }, Ordering::Relaxed);
+        is_alone
     }
 }
 
@@ -55,39 +62,104 @@ impl Ground {
     ///
     /// - **Cost:** a few nanoseconds while it is.
     pub(crate) fn below_from(&self, known: &mut Known, point: Vec3) -> Surface {
-        let Some(cell) = self.cell_index(point) else { return self.open_land };
-        let before = known.0.filter(|found| found.cell as usize == cell);
-        if let Some(Found { face, .. }) = before.filter(|found| found.is_alone)
-            && let Some(height_m) = self.faces[face as usize].height_inside_m(point)
+        let Some(place) = self.place(point) else { return self.open_land };
+        let still = known.0.and_then(|found| self.still(found, place));
+        if let Some(found) = still.filter(|found| found.is_alone)
+            && let Some(height_m) = self.faces[found.face as usize].height_inside_m(point)
             && height_m <= point.z
         {
-            return self.surface(height_m, face);
+            *known = Known(Some(found));
+            return self.surface(height_m, found.face);
         }
-        let Some((height_m, entry)) = self.highest(cell, point) else { return self.open_land };
-        let face = self.cell_faces[entry];
-        if before.is_none_or(|found| found.face != face) {
-            let is_alone = self.alone.get_or(entry, || self.is_alone(cell, entry));
-            *known = Known(Some(Found { cell: cell as u32, face, is_alone }));
-        }
-        self.surface(height_m, face)
+        let highest = self.highest(place.cell as usize, point);
+        let Some((height_m, entry)) = highest else { return self.open_land };
+        *known = Known(Some(self.found(place, entry as u32)));
+        self.surface(height_m, self.cell_faces[entry])
     }
 
-    /// Whether no other face of a cell is as high as one of it anywhere well inside that.
-    fn is_alone(&self, cell: usize, entry: usize) -> bool {
+    /// A face that was found before, in the place where something is now.
+    #[inline]
+    fn still(&self, before: Found, place: Place) -> Option<Found> {
+        if before.place == place {
+            return Some(before);
+        }
+        if before.place.cell == place.cell {
+            return Some(self.found(place, before.entry));
+        }
+        let mut entries = self.entries(place.cell as usize);
+        let entry = entries.find(|entry| self.cell_faces[*entry] == before.face)?;
+        Some(self.found(place, entry as u32))
+    }
+
+    fn found(&self, place: Place, entry: u32) -> Found {
+        let face = self.cell_faces[entry as usize];
+        let is_alone =
+            self.alone.get_or(entry, place.part, || self.is_alone(place, entry as usize));
+        Found { place, entry, face, is_alone }
+    }
+
+    fn place(&self, point: Vec3) -> Option<Place> {
+        let cells = self.cells(point);
+        if !self.holds(cells) {
+            return None;
+        }
+        let [column, row] = (cells * PARTS as f32).data.0[0].map(|at| at as usize % PARTS);
+        Some(Place { cell: self.cell_at(cells) as u32, part: (row * PARTS + column) as u8 })
+    }
+
+    fn part_corners_m(&self, Place { cell, part }: Place) -> [Vector2<f32>; 4] {
+        let (cell, part) = (cell as usize, usize::from(part));
+        let cells = [cell % self.columns, cell / self.columns].map(|at| at as f32);
+        let parts = [part % PARTS, part / PARTS].map(|at| at as f32 / PARTS as f32);
+        self.square_m(Vector2::from(cells) + Vector2::from(parts), 1.0 / PARTS as f32)
+    }
+
+    /// Whether one face of a cell counts wherever something is well inside of it in a part of the
+    /// cell: no other is higher there, and of those as high it is the first.
+    fn is_alone(&self, place: Place, entry: usize) -> bool {
         let face = &self.faces[self.cell_faces[entry] as usize];
         let Some(inside) = Outline::new(face, INSIDE_M) else { return false };
-        let corners_m = self.corners_m(cell).map(|xy_m| xy_m.push(0.0));
-        let heights_m = corners_m.map(|corner_m| face.height_m(corner_m));
-        self.entries(cell).filter(|other| *other != entry).all(|other| {
-            let other = &self.faces[self.cell_faces[other] as usize];
-            let mut corners = corners_m.iter().zip(heights_m);
-            corners.all(|(at, height_m)| other.height_m(*at) < height_m - LOWER_M)
+        let corners_m = self.part_corners_m(place);
+        self.entries(place.cell as usize).filter(|other| *other != entry).all(|at| {
+            let other = &self.faces[self.cell_faces[at] as usize];
+            !other.may_cover(&corners_m)
+                || other.is_below(face, &corners_m)
+                || other.yields_to(face, at > entry)
                 || Outline::new(other, 0.0).is_some_and(|outline| outline.is_apart_from(&inside))
         })
     }
 }
 
 impl Face {
+    /// Whether its plane is lower than another one between some points, whatever is rounded.
+    fn is_below(&self, higher: &Self, corners_m: &[Vector2<f32>; 4]) -> bool {
+        /// More than single precision makes of a height, and by how far away all is.
+        const ROUNDING_M: f32 = 1.0e-3;
+        const ROUNDING: f32 = 1.0e-6;
+        let steep = [self, higher].map(|face| face.slope().abs().sum());
+        corners_m.iter().all(|corner_m| {
+            let far_m = [self, higher].map(|face| {
+                corner_m.abs().sum()
+                    + (corner_m - face.corner.xy()).abs().sum()
+                    + face.corner.z.abs()
+            });
+            let rounded_m = far_m[0].max(far_m[1]) * ROUNDING * (1.0 + steep[0] + steep[1]);
+            let at = corner_m.push(0.0);
+            self.height_m(at) < higher.height_m(at) - ROUNDING_M - rounded_m
+        })
+    }
+
+    /// Whether both are level and it is lower, or as high and later in the list.
+    fn yields_to(&self, other: &Self, is_later: bool) -> bool {
+        let are_level = [self, other].iter().all(|face| face.slope() == Vector2::zeros());
+        let (own_m, other_m) = (self.corner.z, other.corner.z);
+        are_level && (own_m < other_m || is_later && own_m == other_m)
+    }
+
+    fn slope(&self) -> Vector2<f32> {
+        Vector2::new(self.across[0][3], self.across[1][3])
+    }
+
     /// The height of its plane at a point, if that is well inside of all its borders.
     #[inline]
     fn height_inside_m(&self, point: Vec3) -> Option<f32> {
@@ -179,8 +251,10 @@ mod tests {
         };
         let reach = [-60.0f32, 60.0].map(|x| [-60.0f32, 60.0].map(|y| Vec3::new(x, y, -0.05)));
         quad([reach[0][0], reach[1][0], reach[1][1], reach[0][1]], 0.5);
-        for road in 0..6 {
-            let (turn, rise) = (between(rng, -3.0, 3.0), between(rng, -0.1, 0.1));
+        for road in 0..6u8 {
+            let turn = between(rng, -3.0, 3.0);
+            let rise = if road % 2 == 0 { 0.0 } else { between(rng, -0.1, 0.1) };
+            let friction = 1.0 - 0.1 * f32::from(road);
             let (along, across) =
                 (Vec3::new(turn.cos(), turn.sin(), rise), between(rng, -9.0, 9.0));
             let left = Vec3::new(-turn.sin(), turn.cos(), 0.0);
@@ -192,7 +266,7 @@ mod tests {
                 for lane in [-3.5, 0.0] {
                     let corners = [(step, lane), (step + 1, lane), (step + 1, lane + 3.5)];
                     let [a, b, c] = corners.map(|(step, side)| at(step, side));
-                    quad([a, b, c, at(step, lane + 3.5)], 1.0);
+                    quad([a, b, c, at(step, lane + 3.5)], friction);
                 }
             }
         }
@@ -225,14 +299,42 @@ mod tests {
 
     #[test]
     fn a_face_that_another_one_may_be_above_is_not_alone() {
-        let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
-        let lower = [at(-4.0, -4.0, 0.0), at(4.0, -4.0, 0.0), at(0.0, 4.0, 0.0)];
-        for (above_m, is_alone) in [(0.0, false), (0.01, false), (-0.01, false), (-0.1, true)] {
-            let upper = lower.map(|corner| corner * 0.5 + Vec3::z() * above_m);
-            let ground = Ground::new([(lower, 1.0), (upper, 0.7)]);
-            let mut known = Known::default();
-            ground.below_from(&mut known, at(0.3, -1.2, 1.0));
-            assert_eq!(known.0.map(|found| found.is_alone), Some(is_alone), "{above_m}");
+        let at = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        let below = [at(-4.0, -4.0), at(4.0, -4.0), at(0.0, 4.0)];
+        let level = [(0.0, true), (0.0005, true), (-0.0005, true), (-0.1, true)];
+        let sloped = [(0.0, false), (0.0005, false), (-0.0005, false), (-0.1, true)];
+        for (slope, cases) in [(0.0, level), (0.1, sloped)] {
+            for (above_m, is_alone) in cases {
+                let raised = |corner: Vec3, z: f32| corner + Vec3::z() * (z + slope * corner.x);
+                let first = below.map(|corner| raised(corner, 0.0));
+                let second = below.map(|corner| raised(corner * 0.5, above_m));
+                let ground = Ground::new([(first, 1.0), (second, 0.7)]);
+                let mut known = Known::default();
+                let point = Vec3::new(0.3, -1.2, 1.0);
+                let found = ground.below_from(&mut known, point);
+                assert_eq!(found, ground.below(point), "{slope}, {above_m}");
+                let known = known.0.map(|found| found.is_alone);
+                assert_eq!(known, Some(is_alone), "{slope}, {above_m}");
+            }
         }
+    }
+
+    #[test]
+    fn what_is_beside_does_not_matter_in_a_part_that_it_does_not_reach() {
+        let at = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
+        let wide = [at(-9.0, -9.0, 0.0), at(9.0, -9.0, 0.0), at(0.0, 9.0, 0.0)];
+        let small = [at(0.1, 0.1, 0.01), at(0.3, 0.1, 0.01), at(0.1, 0.3, 0.01)];
+        let ground = Ground::new([(wide, 1.0), (small, 0.7)]);
+        let alone_at = |x: f32| {
+            let mut known = Known::default();
+            ground.below_from(&mut known, at(x, 0.6, 1.0));
+            known.0.map(|found| found.is_alone)
+        };
+        // From -9 m on cells are 2 m wide, their parts half a metre.
+        assert_eq!(alone_at(0.2), Some(true));
+        assert_eq!(alone_at(0.7), Some(true));
+        let mut known = Known::default();
+        ground.below_from(&mut known, at(0.4, 0.4, 1.0));
+        assert_eq!(known.0.map(|found| found.is_alone), Some(false));
     }
 }
