@@ -22,7 +22,7 @@ pub(crate) use actor::{Actor, ActorAttribute, ActorDefinition, ActorDescription,
 pub(crate) use command::{BatchCommand, BatchResponse};
 pub(crate) use debug::{DebugShape, Line, Primitive};
 pub(crate) use geometry::{BoundingBox, Location, Rotation, Transform, Vector2D, Vector3D};
-pub(crate) use geometry::{spin_deg, spin_from_deg, twist_from_deg};
+pub(crate) use geometry::{mirrored_spin, spin_deg, spin_from_deg, twist_from_deg};
 pub(crate) use physics::counted as counted_wheels;
 pub(crate) use physics::{PhysicsControl, TelemetryData, VehiclePhysicsControl};
 pub(crate) use scenery::{EnvironmentObject, LabelledPoint, LightState};

@@ -9,7 +9,7 @@ use schemas::{ActorId, LidarPoint, Measurement, RadarDetection, Scan};
 use schemas::{SemanticLidarPoint, SensorDatum, Vec3, carla};
 use serde::Serialize;
 
-use crate::dialect::{Actor, Transform, Vector3D};
+use crate::dialect::{Actor, Transform, Vector3D, mirrored_spin};
 use crate::snapshot::header;
 
 /// Numbers of the sensors in the header; positions in a list inside the client.
@@ -52,8 +52,7 @@ pub(crate) fn encode(
         Measurement::SemanticLidar(scan) => Some(semantic_lidar(head(kind::SEMANTIC_LIDAR), scan)),
         Measurement::Radar(detections) => Some(radar(head(kind::RADAR), detections)),
         Measurement::Imu { acceleration_mps2, angular_velocity_radps, compass_rad } => {
-            let spin = *angular_velocity_radps;
-            let gyroscope = Vector3D { x: -spin.x, y: spin.y, z: -spin.z };
+            let gyroscope = mirrored_spin(*angular_velocity_radps);
             let up = datum.world_from_sensor.rotation.inverse() * Vec3::z();
             let felt_mps2 = acceleration_mps2 + up * told.extra_gravity_mps2;
             let body = (Vector3D::of(felt_mps2), gyroscope, *compass_rad);

@@ -34,16 +34,18 @@ pub struct RotationDeg {
     pub roll: f32,
 }
 
-/// A point, vector or velocity in CARLA's frame from one in ours, or back: both mirror y.
+/// A point, vector or velocity in CARLA's frame from one in ours, or back: both mirror y. Never
+/// -0.0, which CARLA's client prints as such.
 pub fn mirror_y(vector: Vec3) -> Vec3 {
-    Vec3::new(vector.x, -vector.y, vector.z)
+    Vec3::new(vector.x, -vector.y, vector.z).add_scalar(0.0)
 }
 
-/// CARLA's rotation of a pose in our world; yaw and roll are more than -180° and at most 180°.
+/// CARLA's rotation of a pose in our world; yaw and roll are more than -180° and at most 180°. No
+/// angle is -0.0.
 pub fn rotation_from_pose(pose: &Pose) -> RotationDeg {
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
-    let [roll, yaw] = [roll, -yaw].map(|rad| upper_half(rad.to_degrees()));
-    RotationDeg { pitch: -pitch.to_degrees(), yaw, roll }
+    let [roll, pitch, yaw] = [roll, -pitch, -yaw].map(|rad| rad.to_degrees() + 0.0);
+    RotationDeg { pitch, yaw: upper_half(yaw), roll: upper_half(roll) }
 }
 
 /// Half a turn is always 180° and never -180°: programs compare a heading with the one they asked
@@ -105,6 +107,18 @@ mod tests {
         let right_down =
             pose_from_transform(Vec3::zeros(), RotationDeg { roll: 90.0, ..Default::default() });
         assert!((right_down * -Vec3::y() + Vec3::z()).norm() < 1e-6);
+    }
+
+    #[test]
+    fn nothing_is_minus_zero() {
+        let told = |x: f32, y: f32, z: f32| [x, y, z].map(|part| format!("{part:.6}")).concat();
+        let zeros = "0.0000000.0000000.000000";
+        for zero in [0.0, -0.0] {
+            let mirrored = mirror_y(Vec3::repeat(zero));
+            assert_eq!(told(mirrored.x, mirrored.y, mirrored.z), zeros);
+        }
+        let RotationDeg { pitch, yaw, roll } = rotation_from_pose(&Pose::identity());
+        assert_eq!(told(pitch, yaw, roll), zeros);
     }
 
     #[test]

@@ -67,8 +67,13 @@ impl Vector3D {
 /// CARLA's angular velocity in degrees per second from ours in radians per second: a mirror turns
 /// the sense of rotation about every axis that lies in it.
 pub(crate) fn spin_deg(ours_radps: Vec3) -> Vector3D {
-    let [x, y, z] = [-ours_radps.x, ours_radps.y, -ours_radps.z].map(f32::to_degrees);
-    Vector3D { x, y, z }
+    let Vector3D { x, y, z } = mirrored_spin(ours_radps);
+    Vector3D { x: x.to_degrees(), y: y.to_degrees(), z: z.to_degrees() }
+}
+
+/// The same without a change of units. No part is -0.0.
+pub(crate) fn mirrored_spin(spin: Vec3) -> Vector3D {
+    Vector3D::size(Vec3::new(-spin.x, spin.y, -spin.z).add_scalar(0.0))
 }
 
 /// The inverse of [`spin_deg`].
@@ -127,6 +132,7 @@ mod tests {
     #[test]
     fn turning_left_is_a_negative_yaw_rate() {
         assert_eq!(spin_deg(Vec3::new(0.0, 0.0, 1.0)).z, -1.0f32.to_degrees());
+        assert!(spin_deg(Vec3::zeros()).z.is_sign_positive());
         let back = spin_from_deg(spin_deg(Vec3::new(0.1, 0.2, 0.3)));
         assert!((back - Vec3::new(0.1, 0.2, 0.3)).norm() < 1e-6);
     }
