@@ -7,6 +7,7 @@ use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
+use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
 use crate::post::Post;
@@ -41,6 +42,8 @@ pub struct EnvironmentObject {
     pub scenery: Option<u32>,
     /// Place of the [post](crate::Map::posts_with_places) of a light or sign, where it has one.
     pub post: Option<u32>,
+    /// Its own place among the things that can be hidden, where it has one.
+    pub place: Option<u32>,
 }
 
 impl EnvironmentObject {
@@ -66,12 +69,11 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// A post, with the id and the road of its signal.
+/// A post, with its signal.
 pub(crate) struct Standing<'m> {
-    pub(crate) signal: &'m str,
-    pub(crate) road: u32,
-    /// Among the things that can be hidden.
-    pub(crate) place: u32,
+    pub(crate) landmark: &'m Landmark,
+    /// Its place among the things that can be hidden, and that of what it carries.
+    pub(crate) places: [u32; 2],
     pub(crate) post: &'m Post,
 }
 
@@ -84,7 +86,8 @@ pub(crate) fn list<'m>(
 ) -> Vec<EnvironmentObject> {
     let posts: Vec<Standing<'_>> = posts.collect();
     let (far_side, near): (Vec<_>, Vec<_>) = posts.iter().partition(|one| one.post.is_far_side);
-    let post_of: BTreeMap<&str, u32> = near.iter().map(|one| (one.signal, one.place)).collect();
+    let post_of: BTreeMap<&str, [u32; 2]> =
+        near.iter().map(|one| (one.landmark.id.as_str(), one.places)).collect();
     let mut found = Vec::new();
     let mut scenery_count = 0;
     for (road, objects) in roads {
@@ -131,6 +134,7 @@ fn road_object(road: &Road) -> EnvironmentObject {
         half_extent_m,
         scenery: None,
         post: None,
+        place: None,
     }
 }
 
@@ -168,6 +172,7 @@ fn thing(
         half_extent_m,
         scenery,
         post: None,
+        place: scenery,
     })
 }
 
@@ -203,7 +208,7 @@ fn sign(
     signal: &Signal,
     at: &SignalPose,
     position: usize,
-    post: Option<u32>,
+    places: Option<[u32; 2]>,
 ) -> EnvironmentObject {
     let is_light = is_traffic_light(&signal.signal_type);
     let half_extent_m = if is_light {
@@ -228,40 +233,46 @@ fn sign(
         pose: Isometry3::from_parts(middle.coords.into(), turn),
         half_extent_m,
         scenery: None,
-        post,
+        post: places.map(|[post, _]| post),
+        place: places.map(|[_, carried]| carried),
     }
 }
 
 /// The lamps of a light beyond its junction, with their post.
 fn far_side_light(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
-    let Standing { signal, road, place, post } = *standing;
     let [height_m, half_m] = LIGHT_M;
-    let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
     EnvironmentObject {
-        id: id(Origin::FarSide, road, position),
-        name: format!("TrafficLight_{signal}_far"),
+        id: id(Origin::FarSide, standing.landmark.road, position),
+        name: format!("TrafficLight_{}_far", standing.landmark.id),
         label: SemanticTag::TrafficLight,
-        layer: MapLayer::Props,
-        pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
-        half_extent_m,
-        scenery: None,
-        post: Some(place),
+        place: Some(standing.places[1]),
+        ..upright(standing, half_m, height_m)
     }
 }
 
-/// The post of a light or sign from its foot to its top; it goes with what it carries.
+/// The post of a light or sign from its foot to its top.
 fn pole(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
-    let Standing { signal, road, place, post } = *standing;
-    let half_extent_m = Vector3::new(post.radius_m, post.radius_m, post.top_m / 2.0);
+    let Standing { landmark, post, .. } = standing;
     let far = if post.is_far_side { "_far" } else { "" };
     EnvironmentObject {
-        id: id(Origin::Post, road, position),
-        name: format!("Pole_{signal}{far}"),
+        id: id(Origin::Post, landmark.road, position),
+        name: format!("Pole_{}{far}", landmark.id),
+        ..upright(standing, post.radius_m, post.top_m)
+    }
+}
+
+/// A pole without a name of its own, as wide and high as that.
+fn upright(standing: &Standing<'_>, half_m: f64, height_m: f64) -> EnvironmentObject {
+    let half_extent_m = Vector3::new(half_m, half_m, height_m / 2.0);
+    EnvironmentObject {
+        id: 0,
+        name: String::new(),
         label: SemanticTag::Poles,
         layer: MapLayer::Props,
-        pose: post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
+        pose: standing.post.foot * Translation3::new(0.0, 0.0, half_extent_m.z),
         half_extent_m,
         scenery: None,
-        post: Some(place),
+        post: Some(standing.places[0]),
+        place: Some(standing.places[0]),
     }
 }

@@ -345,8 +345,8 @@ impl Map {
         let list = || {
             let posts = self.posts_with_places().filter_map(|(place, post)| {
                 let landmark = self.landmarks().get(post.landmark)?;
-                let (signal, road) = (landmark.id.as_str(), landmark.road);
-                Some(environment::Standing { signal, road, place, post })
+                let places = [place, self.carried_place(place)];
+                Some(environment::Standing { landmark, places, post })
             });
             environment::list(self.roads_with_objects(), posed(), posts)
         };

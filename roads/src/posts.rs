@@ -46,6 +46,12 @@ impl Map {
         let first = u32::try_from(self.scenery().len()).unwrap_or(u32::MAX);
         (first..).zip(self.posts())
     }
+
+    /// The place among them of what a post carries: they come after those of the posts.
+    #[must_use]
+    pub fn carried_place(&self, post: u32) -> u32 {
+        post.saturating_add(u32::try_from(self.posts().len()).unwrap_or(u32::MAX))
+    }
 }
 
 fn list(map: &Map) -> Vec<Post> {

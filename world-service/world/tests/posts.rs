@@ -101,6 +101,26 @@ fn rays_meet_posts_lamps_and_boards_by_their_names() {
     }
 }
 
+#[test]
+fn what_a_post_carries_is_hidden_without_it_and_it_without_that() {
+    let map = other_order();
+    let [_, light, _] = posts_of(&map);
+    let [world, _] = worlds_on(Arc::clone(&map));
+    let top_m = light.foot.translation.vector.cast() + Vec3::z() * light.post_from_carried.z as f32;
+    for (name, left) in
+        [("TrafficLight_1", SemanticTag::Poles), ("Pole_1", SemanticTag::TrafficLight)]
+    {
+        let object = map.environment_objects().iter().find(|object| object.name == name).unwrap();
+        let mut world = world.fork(WorldId::new(2).unwrap());
+        let hide = SceneryCommand::Objects { objects: vec![object.id], enabled: false };
+        world.apply(&Command::Scenery(hide)).unwrap();
+        let hits = world.cast_rays(&[(top_m - Vec3::x() * 5.0, top_m + Vec3::x() * 5.0)]).unwrap();
+        let tags: Vec<u8> = hits.iter().map(|hit| hit.tag).collect();
+        assert_eq!(tags, [left.number()], "{name}");
+        assert_eq!(roll_towards(&mut world, &light).1, left == SemanticTag::Poles, "{name}");
+    }
+}
+
 /// With the sign on the lane before the others, so that what bodies hit has other numbers.
 fn other_order() -> Arc<Map> {
     let signals = SIGNALS.replace(r#"id="3""#, r#"id="0""#);
@@ -120,14 +140,14 @@ fn is_met(world: &World, post: &Post) -> bool {
 }
 
 #[test]
-fn bodies_and_rays_pass_where_a_light_or_sign_was_hidden_or_destroyed() {
+fn bodies_and_rays_pass_where_a_light_or_sign_was_hidden_with_its_post_or_destroyed() {
     let map = other_order();
     let [on_lane, light, limit] = posts_of(&map);
     assert_eq!([&on_lane, &light, &limit].map(|post| post.is_on_lane), [true, false, false]);
     let objects = map.environment_objects();
     let named = |name: &str| objects.iter().find(|object| object.name.ends_with(name)).unwrap().id;
-    for (post, other, name) in
-        [(&light, &limit, "TrafficLight_1"), (&limit, &light, "TrafficSign_2")]
+    for (post, other, name, pole) in
+        [(&light, &limit, "TrafficLight_1", "Pole_1"), (&limit, &light, "TrafficSign_2", "Pole_2")]
     {
         let [bare, mut equipped] = worlds_on(Arc::clone(&map));
         let described = equipped.describe(&[]);
@@ -135,7 +155,7 @@ fn bodies_and_rays_pass_where_a_light_or_sign_was_hidden_or_destroyed() {
         let actor = described.iter().find(|one| one.signal.as_deref().is_some_and(is_it));
         equipped.apply(&Command::DestroyActor { actor: actor.unwrap().id }).unwrap();
         let objects = |enabled| {
-            let objects = vec![named(name)];
+            let objects = vec![named(name), named(pole)];
             Command::Scenery(SceneryCommand::Objects { objects, enabled })
         };
         let mut hidden = bare.fork(WorldId::new(2).unwrap());

@@ -31,10 +31,14 @@ pub(crate) enum Lamp {
 pub(crate) struct Signal {
     /// With dark lamps, then with each lamp lit; one if it has no lamps.
     bodies: Vec<Body>,
+    /// The same where the post is hidden.
+    carried: Vec<Body>,
+    /// Where what it carries is hidden.
+    post: Body,
     /// Its position among the map's traffic lights, if it is one of them.
     light: Option<usize>,
-    /// Of its post, by which it is hidden.
-    place: u32,
+    /// Of its post and of what that carries, by which they are hidden.
+    places: [u32; 2],
 }
 
 /// Every signal that stands beside the roads of a map.
@@ -59,15 +63,23 @@ impl Signals {
         let states = &frame.traffic_lights;
         let states = if states.len() == self.light_count { states.as_slice() } else { &[] };
         let lit_lamp_of = |signal: &Signal| lit_lamp(states.get(signal.light?)?.colour);
-        let shown = self.all.iter().filter(|signal| !frame.hidden.contains(signal.place));
-        shown.filter_map(move |signal| signal.body(lit_lamp_of(signal)))
+        self.all.iter().filter_map(move |signal| {
+            let is_hidden = signal.places.map(|place| frame.hidden.contains(place));
+            signal.body(lit_lamp_of(signal), is_hidden)
+        })
     }
 }
 
 impl Signal {
-    fn body(&self, lit: Option<Lamp>) -> Option<&Body> {
+    fn body(&self, lit: Option<Lamp>, is_hidden: [bool; 2]) -> Option<&Body> {
+        let bodies = match is_hidden {
+            [true, true] => return None,
+            [false, true] => return Some(&self.post),
+            [true, false] => &self.carried,
+            [false, false] => &self.bodies,
+        };
         let lit = lit.map_or(0, |lamp| lamp as usize + 1);
-        self.bodies.get(lit).or_else(|| self.bodies.first())
+        bodies.get(lit).or_else(|| bodies.first())
     }
 }
 
@@ -124,7 +136,15 @@ fn place_signal(map: &roads::Map, post: &Post, place: u32) -> Signal {
             bodies.push(body);
         }
     }
-    Signal { bodies, light: post.light, place }
+    // The post is the first part.
+    let without = |body: &Body, is_post: bool| {
+        let parts = if is_post { body.parts.get(1..) } else { body.parts.get(..1) };
+        Body { parts: parts.unwrap_or_default().to_vec(), ..body.clone() }
+    };
+    let places = [place, map.carried_place(place)];
+    let carried = bodies.iter().map(|body| without(body, true)).collect();
+    let post_alone = without(&bodies[0], false);
+    Signal { bodies, carried, post: post_alone, light: post.light, places }
 }
 
 fn put_board(placer: &mut Placer, post: &Post, signal_type: &str) {
@@ -205,6 +225,8 @@ mod tests {
 
     use super::*;
 
+    const SHOWN: [bool; 2] = [false; 2];
+
     fn signals() -> Signals {
         let text = roads::town::build("Town10HD_Opt").unwrap();
         Signals::of_map(&roads::Map::parse("Town10HD_Opt", &text).unwrap())
@@ -242,10 +264,25 @@ mod tests {
     }
 
     #[test]
+    fn posts_and_what_they_carry_are_hidden_one_by_one() {
+        let signals = signals();
+        let light = signals.all.iter().find(|signal| signal.light.is_some()).unwrap();
+        let shapes = |is_hidden| -> Vec<Shape> {
+            let body = light.body(Some(Lamp::Red), is_hidden);
+            body.into_iter().flat_map(|body| &body.parts).map(|part| part.shape).collect()
+        };
+        assert_eq!(shapes(SHOWN), [Shape::Post, Shape::LightHead]);
+        assert_eq!(shapes([true, false]), [Shape::LightHead]);
+        assert_eq!(shapes([false, true]), [Shape::Post]);
+        assert_eq!(shapes([true, true]), []);
+    }
+
+    #[test]
     fn a_lit_lamp_changes_the_colours_of_the_head_and_nothing_else() {
         let signals = signals();
         let light = signals.all.iter().find(|signal| signal.bodies.len() == 4).unwrap();
-        let (dark, green) = (light.body(None).unwrap(), light.body(Some(Lamp::Green)).unwrap());
+        let (dark, green) =
+            (light.body(None, SHOWN).unwrap(), light.body(Some(Lamp::Green), SHOWN).unwrap());
         let mut differing = Vec::new();
         for (dark, green) in dark.parts.iter().zip(&green.parts) {
             if dark.instance.tints != green.instance.tints {

@@ -48,8 +48,7 @@ impl World {
     /// `InvalidArgument` for an id that no object of the map has.
     fn set_environment_objects(&mut self, ids: &[u64], enabled: bool) -> Result<(), Error> {
         let objects = self.loaded_objects(ids)?;
-        let places: Vec<u32> =
-            objects.iter().filter_map(|object| object.scenery.or(object.post)).collect();
+        let places: Vec<u32> = objects.iter().filter_map(|object| object.place).collect();
         let state = &mut self.state;
         for place in places {
             state.hidden.set(place, !enabled);

@@ -43,7 +43,8 @@ impl TownRays {
             let things = self.roads.scenery();
             let scenery = (0..).zip(things).flat_map(|(place, thing)| solids(place, thing));
             let posts = self.roads.posts_with_places();
-            let posts = posts.flat_map(|(place, post)| parts(place, post));
+            let posts = posts
+                .flat_map(|(place, post)| parts([place, self.roads.carried_place(place)], post));
             Solids::new(scenery.chain(posts).collect())
         };
         self.scenery.get_or_init(build)
@@ -95,9 +96,9 @@ fn solids(place: u32, item: &SceneryBox) -> impl Iterator<Item = Solid> + use<> 
     std::iter::once(solid).chain(crown)
 }
 
-/// A post, and the lamps or the board at it.
-fn parts(place: u32, post: &Post) -> [Solid; 2] {
-    let solid = |shape, post_from_shape: Pose, tag: SemanticTag| {
+/// A post, and the lamps or the board at it, with their places.
+fn parts([post_place, carried_place]: [u32; 2], post: &Post) -> [Solid; 2] {
+    let solid = |shape, post_from_shape: Pose, tag: SemanticTag, place| {
         let world_from_shape = post.foot.cast() * post_from_shape;
         Solid::new(shape, &world_from_shape, tag.number(), place)
     };
@@ -111,8 +112,8 @@ fn parts(place: u32, post: &Post) -> [Solid; 2] {
         Carried::Board => SemanticTag::TrafficSigns,
     };
     [
-        solid(pole, middle, SemanticTag::Poles),
-        solid(carried, post.post_from_carried.cast::<f32>().into(), tag),
+        solid(pole, middle, SemanticTag::Poles, post_place),
+        solid(carried, post.post_from_carried.cast::<f32>().into(), tag, carried_place),
     ]
 }
 

@@ -87,7 +87,7 @@ impl TrafficPlan {
             let landmark = map.landmarks().get(post.landmark);
             let position = landmark.and_then(|landmark| positions.get(landmark.id.as_str()));
             if let Some(places) = position.and_then(|position| places.get_mut(*position)) {
-                places.push(place);
+                places.extend([place, map.carried_place(place)]);
             }
         }
         places
