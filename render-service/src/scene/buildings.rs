@@ -89,7 +89,11 @@ mod tests {
             buildings.around(&eye_m, hidden).filter(|one| one.place_m[..2] == here).count()
         };
         let mut hidden = HiddenScenery::default();
-        assert_eq!(found(before_m, &hidden), 1);
+        let beside = [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y()].map(|way| way * SQUARE_M);
+        for aside_m in beside.into_iter().chain([Vec3::zeros()]) {
+            assert_eq!(found(before_m + aside_m, &hidden), 1, "{aside_m}");
+            assert_eq!(found(before_m + 2.0 * aside_m, &hidden), usize::from(aside_m.norm() < 1.0));
+        }
         assert_eq!(found(Vec3::repeat(1e12), &hidden), 0);
         hidden.set(place as u32, true);
         assert_eq!(found(before_m, &hidden), 0);
