@@ -57,7 +57,8 @@ pub(crate) fn visitor() -> Visitor {
 pub(crate) struct ToyWorlds {
     worlds: Mutex<BTreeMap<WorldId, Toy>>,
     next: Mutex<u64>,
-    saved: Mutex<Vec<Toy>>,
+    /// States that were told.
+    pub(crate) saved: Mutex<Vec<Toy>>,
     /// Refuse to make worlds.
     pub(crate) full: AtomicBool,
     /// A state is never told.
@@ -72,6 +73,10 @@ pub(crate) struct ToyWorlds {
     pub(crate) drains: AtomicBool,
     /// Who shares the clocks of all worlds beside their owner.
     pub(crate) guests: Mutex<Vec<ServiceId>>,
+    /// Whether one of them, or who has gone, had something done since the owner was told last.
+    have_acted: AtomicBool,
+    /// No state can be had.
+    pub(crate) refuses_to_save: AtomicBool,
     /// What was opened to guests.
     pub(crate) sharings: Mutex<Vec<Sharing>>,
 }
@@ -105,6 +110,7 @@ impl ToyWorlds {
 
     /// A guest changes all worlds.
     pub(crate) fn disturb(&self) {
+        self.have_acted.store(true, Ordering::Relaxed);
         for toy in self.worlds.lock().unwrap().values_mut() {
             toy.frame.state_hash = toy.frame.state_hash.wrapping_mul(43);
         }
@@ -145,6 +151,9 @@ impl ToyWorlds {
 
     /// A state is known by its number, wherever worlds are.
     pub(crate) fn save(&self, world: WorldId) -> Result<Vec<u8>, Error> {
+        if self.refuses_to_save.load(Ordering::Relaxed) {
+            return Err(Error::new(ErrorCode::TimedOut, "too busy"));
+        }
         let toy = self.worlds.lock().unwrap().get(&world).ok_or_else(unknown)?.clone();
         let mut saved = self.saved.lock().unwrap();
         saved.push(toy);
@@ -181,11 +190,13 @@ impl ToyWorlds {
             toy.tick();
             collisions.extend(toy.frame.collisions.iter().cloned());
         }
-        let guests = match item.participant {
-            Some(_) => self.guests.lock().unwrap().clone(),
-            None => Vec::new(),
-        };
-        Ok(TickOutcome { replies, collisions, guests, ..TickOutcome::new(toy.encode()) })
+        let told = TickOutcome { replies, collisions, ..TickOutcome::new(toy.encode()) };
+        if item.participant.is_none() {
+            return Ok(told);
+        }
+        let guests = self.guests.lock().unwrap().clone();
+        let is_changed_by_others = self.have_acted.swap(false, Ordering::Relaxed);
+        Ok(TickOutcome { guests, is_changed_by_others, ..told })
     }
 }
 
@@ -194,7 +205,7 @@ pub(crate) fn unknown() -> Error {
 }
 
 #[derive(Clone)]
-struct Toy {
+pub(crate) struct Toy {
     frame: Frame,
     lane_shift_m: f32,
 }

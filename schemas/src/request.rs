@@ -248,6 +248,8 @@ pub struct TickOutcome {
     pub cameras_due: Vec<ActorId>,
     /// Who shares the clock beside the owner, which alone is told.
     pub guests: Vec<ServiceId>,
+    /// Whether others than the owner had something done since it was told last; it alone is told.
+    pub is_changed_by_others: bool,
 }
 
 impl TickOutcome {
@@ -260,6 +262,7 @@ impl TickOutcome {
             sensors: Vec::new(),
             cameras_due: Vec::new(),
             guests: Vec::new(),
+            is_changed_by_others: false,
         }
     }
 }

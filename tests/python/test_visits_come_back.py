@@ -14,7 +14,7 @@ from contextlib import contextmanager
 import causeway
 import pytest
 
-from carla_site import connect, synchronous
+from carla_site import MAP, connect, synchronous
 from documents import ROOT
 from running_site import child, two_free_ports
 from watched import bus, eventually
@@ -117,6 +117,28 @@ def test_a_client_finds_what_it_did_though_the_session_thinks(start_site):
         # The name of the world of before leads there.
         client.load_world(made.metadata["carla_world"])
         assert session.step("observe").metadata["sim"]["tick"] == 42
+
+
+def test_what_a_client_did_who_came_and_went_between_two_steps_is_kept(start_site):
+    site = start_site("--no-render")
+    with causeway.Session(site.base_url) as session:
+        made = session.reset("free_roam", scenario_config=ALONE, seed=7)
+        client = connect(site.carla_port)
+        session.step("observe")
+        world = client.load_world(made.metadata["carla_world"])
+        weather = world.get_weather()
+        weather.fog_density = 77.0
+        world.set_weather(weather)
+        spawn_ahead(world, 25.0)
+        client.load_world(MAP)
+        for _ in range(3):
+            session.step("observe")
+        kill(site)
+        step = session.step("observe")
+        assert step.metadata["sim"]["tick"] == 5
+        world = client.load_world(step.metadata["carla_world"])
+        assert world.get_weather().fog_density == 77.0
+        assert len(world.get_actors().filter("vehicle.*")) == 1
 
 
 def test_a_step_of_many_ticks_is_begun_anew(start_site):

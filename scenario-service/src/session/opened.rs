@@ -6,6 +6,7 @@ use schemas::{Error, Frame, ServiceId, WorldId};
 use worlds::Seen;
 
 use super::SessionContext;
+use super::clock::Others;
 use crate::world_port::Sharing;
 
 pub(super) struct Opened {
@@ -15,8 +16,10 @@ pub(super) struct Opened {
     first: WorldId,
     /// Who shared its clock in the last step.
     guests: BTreeSet<ServiceId>,
-    /// Whether its kept state may be another one than its ticks have told.
+    /// Whether the state to go on from may be another one than its ticks have told.
     is_changed: bool,
+    /// Whether what is kept lacks something that others had done.
+    is_behind: bool,
 }
 
 impl Opened {
@@ -27,7 +30,8 @@ impl Opened {
     pub(super) async fn begin(context: &SessionContext, world: WorldId) -> Result<Self, Error> {
         let sharing = Sharing { world, stands_for: None, guests: Vec::new() };
         let participant = context.port.share_clock(sharing).await?;
-        Ok(Self { participant, first: world, guests: BTreeSet::new(), is_changed: false })
+        let (guests, is_changed, is_behind) = (BTreeSet::new(), false, false);
+        Ok(Self { participant, first: world, guests, is_changed, is_behind })
     }
 
     /// Has them find the world that takes its place, whose clock is nobody's yet. Those of before
@@ -45,31 +49,33 @@ impl Opened {
         context.port.share_clock(sharing).await.map(drop)
     }
 
-    /// A step is done that these have shared.
-    pub(super) fn note_step(&mut self, guests: BTreeSet<ServiceId>) {
-        // Who has just gone may have taken something along.
-        self.is_changed = !(guests.is_empty() && self.guests.is_empty());
-        self.guests = guests;
+    /// A step is done beside others.
+    pub(super) fn note_step(&mut self, others: Others) {
+        self.is_behind |= others.have_acted;
+        self.is_changed = self.is_behind;
+        self.guests = others.guests;
     }
 
-    /// A step broke off that these have shared.
-    pub(super) fn note_broken_step(&mut self, guests: BTreeSet<ServiceId>) {
-        self.guests.extend(guests);
+    /// A step broke off beside others.
+    pub(super) fn note_broken_step(&mut self, others: Others) {
+        self.is_behind |= others.have_acted;
+        self.guests.extend(others.guests);
     }
 
-    /// The state that is kept is that of this moment, whatever guests have done since the step.
-    pub(super) fn note_move(&mut self) {
-        self.is_changed = true;
+    /// The state that is kept is that of this moment, whatever others have done since the step.
+    pub(super) fn note_kept(&mut self) {
+        (self.is_changed, self.is_behind) = (true, false);
     }
 
-    pub(super) fn is_changed(&self) -> bool {
-        self.is_changed
+    /// Whether only a new state has all that was done.
+    pub(super) fn is_behind(&self) -> bool {
+        self.is_behind
     }
 }
 
 /// How far a world that is made from what is kept has to be as a frame shows it.
 pub(super) fn seen<'a>(opened: Option<&Opened>, frame: &'a Frame) -> Seen<'a> {
-    match opened.is_some_and(Opened::is_changed) {
+    match opened.is_some_and(|opened| opened.is_changed) {
         true => Seen::WithOthers(frame),
         false => Seen::Alone(frame),
     }

@@ -1,7 +1,6 @@
 //! The world of an episode: what is done in it is done once, also when the service that has it
 //! goes.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -10,9 +9,10 @@ use schemas::{TickItem, TickOutcome, WorldId};
 
 use worlds::{Maker, RECOVERY_TICKS, Recovery, Remade, Seen, State};
 
+use super::clock::{self, Others};
 use super::opened::{Opened, seen as as_seen};
 use super::recovery::FreshWorlds;
-use super::{SessionContext, clock, ends_the_episode};
+use super::{SessionContext, ends_the_episode};
 use crate::episode::Company;
 use crate::world_port::collector::OwnedWorld;
 
@@ -168,16 +168,16 @@ impl EpisodeWorld {
             expected_tick: Some(seen.tick),
             ..TickItem::new(world, work.tick_count)
         };
-        let Some(opened) = self.opened.as_mut().filter(|_| item.tick_count > 0) else {
+        let Some(opened) = self.opened.as_mut() else {
             return Ok(Told::of(context.ticker.tick(item).await?)?);
         };
-        let mut guests = BTreeSet::new();
+        let mut others = Others::default();
         let together =
-            clock::tick_together(&context.ticker, item, &opened.participant, &mut guests);
+            clock::tick_together(&context.ticker, item, &opened.participant, &mut others);
         let told = together.await;
         match told {
-            Ok(_) => opened.note_step(guests),
-            Err(_) => opened.note_broken_step(guests),
+            Ok(_) => opened.note_step(others),
+            Err(_) => opened.note_broken_step(others),
         }
         told
     }
@@ -217,7 +217,7 @@ impl EpisodeWorld {
         // The old one is destroyed.
         self.owned = Some(world);
         if let Some(opened) = &mut self.opened {
-            opened.note_move();
+            opened.note_kept();
         }
         // Its room first, which the new state may need.
         self.recovery = None;
@@ -283,8 +283,8 @@ impl EpisodeWorld {
     /// done.
     async fn note(&mut self, context: &SessionContext, work: Work) {
         // What guests do is not known here, only what comes of it.
-        let is_changed = self.opened.as_deref().is_some_and(Opened::is_changed);
-        if is_changed && self.renew(context).await {
+        let is_behind = self.opened.as_deref().is_some_and(Opened::is_behind);
+        if is_behind && self.renew(context).await {
             return;
         }
         let Some(recovery) = &mut self.recovery else {
@@ -328,6 +328,9 @@ impl EpisodeWorld {
                 // Its room first, which the new one may need.
                 self.recovery = None;
                 self.recovery = Recovery::new(State::Snapshot(bytes), &context.recovery);
+                if let Some(opened) = &mut self.opened {
+                    opened.note_kept();
+                }
                 true
             }
             Err(error) => {

@@ -33,6 +33,7 @@ impl<'a> TickResult<'a> {
   pub const VT_SENSORS: flatbuffers::VOffsetT = 14;
   pub const VT_CAMERAS_DUE: flatbuffers::VOffsetT = 16;
   pub const VT_GUESTS: flatbuffers::VOffsetT = 18;
+  pub const VT_IS_CHANGED_BY_OTHERS: flatbuffers::VOffsetT = 20;
 
   #[inline]
   pub unsafe fn init_from_table(table: flatbuffers::Table<'a>) -> Self {
@@ -52,6 +53,7 @@ impl<'a> TickResult<'a> {
     if let Some(x) = args.collisions { builder.add_collisions(x); }
     if let Some(x) = args.replies { builder.add_replies(x); }
     if let Some(x) = args.frame { builder.add_frame(x); }
+    builder.add_is_changed_by_others(args.is_changed_by_others);
     builder.finish()
   }
 
@@ -126,6 +128,14 @@ impl<'a> TickResult<'a> {
     // which contains a valid value in this slot
     unsafe { self._tab.get::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>(TickResult::VT_GUESTS, None)}
   }
+  /// Whether others than the owner had something done since it was told last; it alone is told.
+  #[inline]
+  pub fn is_changed_by_others(&self) -> bool {
+    // Safety:
+    // Created from valid Table for this object
+    // which contains a valid value in this slot
+    unsafe { self._tab.get::<bool>(TickResult::VT_IS_CHANGED_BY_OTHERS, Some(false)).unwrap()}
+  }
 }
 
 impl flatbuffers::Verifiable for TickResult<'_> {
@@ -143,6 +153,7 @@ impl flatbuffers::Verifiable for TickResult<'_> {
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<SensorDatum>>>>("sensors", Self::VT_SENSORS, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, u32>>>("cameras_due", Self::VT_CAMERAS_DUE, false)?
      .visit_field::<flatbuffers::ForwardsUOffset<flatbuffers::Vector<'_, flatbuffers::ForwardsUOffset<&'_ str>>>>("guests", Self::VT_GUESTS, false)?
+     .visit_field::<bool>("is_changed_by_others", Self::VT_IS_CHANGED_BY_OTHERS, false)?
      .finish();
     Ok(())
   }
@@ -156,6 +167,7 @@ pub struct TickResultArgs<'a> {
     pub sensors: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<SensorDatum<'a>>>>>,
     pub cameras_due: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, u32>>>,
     pub guests: Option<flatbuffers::WIPOffset<flatbuffers::Vector<'a, flatbuffers::ForwardsUOffset<&'a str>>>>,
+    pub is_changed_by_others: bool,
 }
 impl<'a> Default for TickResultArgs<'a> {
   #[inline]
@@ -169,6 +181,7 @@ impl<'a> Default for TickResultArgs<'a> {
       sensors: None,
       cameras_due: None,
       guests: None,
+      is_changed_by_others: false,
     }
   }
 }
@@ -211,6 +224,10 @@ impl<'a: 'b, 'b> TickResultBuilder<'a, 'b> {
     self.fbb_.push_slot_always::<flatbuffers::WIPOffset<_>>(TickResult::VT_GUESTS, guests);
   }
   #[inline]
+  pub fn add_is_changed_by_others(&mut self, is_changed_by_others: bool) {
+    self.fbb_.push_slot::<bool>(TickResult::VT_IS_CHANGED_BY_OTHERS, is_changed_by_others, false);
+  }
+  #[inline]
   pub fn new(_fbb: &'b mut flatbuffers::FlatBufferBuilder<'a>) -> TickResultBuilder<'a, 'b> {
     let start = _fbb.start_table();
     TickResultBuilder {
@@ -236,6 +253,7 @@ impl core::fmt::Debug for TickResult<'_> {
       ds.field("sensors", &self.sensors());
       ds.field("cameras_due", &self.cameras_due());
       ds.field("guests", &self.guests());
+      ds.field("is_changed_by_others", &self.is_changed_by_others());
       ds.finish()
   }
 }

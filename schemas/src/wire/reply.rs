@@ -295,6 +295,7 @@ fn tick_result_out<'a>(
                 let names: Vec<_> = names.collect();
                 Some(b.create_vector(&names))
             },
+            is_changed_by_others: outcome.is_changed_by_others,
         },
         Err(error) => {
             fb::TickResultArgs { world, error: Some(error_out(b, error)), ..Default::default() }
@@ -321,6 +322,7 @@ fn tick_result_in(raw: &fb::TickResult<'_>) -> Result<TickResult, Error> {
                 .map(|names| names.iter().map(name_in).collect::<Result<_, _>>())
                 .transpose()?
                 .unwrap_or_default(),
+            is_changed_by_others: raw.is_changed_by_others(),
         }),
     };
     Ok(TickResult { world: world_in(raw.world())?, outcome })

@@ -299,6 +299,7 @@ pub(crate) fn replies() -> Vec<Reply> {
         sensors: sensors(),
         cameras_due: vec![actor(30)],
         guests: vec!["carla-1".parse().unwrap()],
+        is_changed_by_others: true,
     };
     let image = Image {
         camera: 9,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-use schemas::{Error, ErrorCode, Lease, Tenant, Tick, WorldId, WorldInfo};
+use schemas::{Command, Error, ErrorCode, Lease, Tenant, Tick, WorldId, WorldInfo};
 
 use super::run::{Deferred, Run};
 use super::{Recorded, Roster, Seat, Simulation, Waiter};
@@ -18,6 +18,8 @@ pub struct Hosted<S> {
     orphaned_since: Option<Instant>,
     /// The first of the worlds that it goes on from.
     pub(super) stands_for: Option<WorldId>,
+    /// Whether others than the owner had something done since it was told last.
+    is_changed_by_others: bool,
     pub(super) roster: Roster<Waiter>,
     pub(super) run: Option<Run>,
     /// What came for the world while a request was under way; in order.
@@ -49,6 +51,7 @@ impl<S: Simulation> Hosted<S> {
             lease,
             orphaned_since,
             stands_for,
+            is_changed_by_others: false,
             roster,
             run,
             deferred,
@@ -142,6 +145,16 @@ impl<S: Simulation> Hosted<S> {
     /// Who keeps it.
     pub(super) fn owner(&self) -> Option<&schemas::ServiceId> {
         self.lease.as_ref().map(|lease| &lease.owner)
+    }
+
+    /// Somebody has these commands carried out.
+    pub(super) fn note_commands(&mut self, who: Option<&schemas::ServiceId>, commands: &[Command]) {
+        self.is_changed_by_others |= !commands.is_empty() && who != self.owner();
+    }
+
+    /// Whether others than the owner had something done since this was asked last.
+    pub(super) fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.is_changed_by_others)
     }
 
     /// When the lease of an orphan ends.

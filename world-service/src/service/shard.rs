@@ -263,6 +263,7 @@ impl<S: Simulation> Shard<S> {
             }
             WorldWork::Snapshot => hosted.with(id, |world| Ok(Reply::Snapshot(world.snapshot()))),
             WorldWork::Commands(commands) => {
+                hosted.note_commands(None, &commands);
                 hosted.with(id, |world| Ok(Reply::CommandReplies(world.run(id, &commands))))
             }
             WorldWork::Look(question) => hosted.with(id, |world| world.answer(&question)),

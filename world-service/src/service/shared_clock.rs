@@ -46,6 +46,9 @@ impl<S: Simulation> Hosted<S> {
         let id = item.world;
         let checked =
             checked.and_then(|()| self.with(id, |world| check_item(&**world, &waiter.item)));
+        if checked.is_ok() {
+            self.note_commands(waiter.item.participant.as_ref(), &waiter.item.commands);
+        }
         let participant = waiter.item.participant.clone().filter(|_| is_for_the_clock);
         match (checked, participant) {
             (Err(error), _) => waiter.give(Err(error)),
@@ -57,7 +60,8 @@ impl<S: Simulation> Hosted<S> {
             (Ok(()), None) if waiter.item.tick_count == 1 && self.is_slow() => self.begin(waiter),
             (Ok(()), None) => {
                 let outcome = self.tick_now(&waiter.item, outlet);
-                waiter.give(outcome);
+                let told = outcome.map(|outcome| self.with_others(&waiter, outcome));
+                waiter.give(told);
             }
         }
     }
@@ -85,16 +89,23 @@ impl<S: Simulation> Hosted<S> {
         let mut from = 0;
         for waiter in waiters {
             let to = from + waiter.item.commands.len();
-            let owner =
-                self.owner().filter(|owner| waiter.item.participant.as_ref() == Some(owner));
-            let guests = owner.map(|owner| self.roster.others(owner)).unwrap_or_default();
             let own = outcome.clone().map(|outcome| {
                 let replies = outcome.replies.get(from..to).unwrap_or_default().to_vec();
-                TickOutcome { replies, guests, ..outcome }
+                self.with_others(&waiter, TickOutcome { replies, ..outcome })
             });
             from = to;
             waiter.give(own);
         }
+    }
+
+    /// What somebody is told: where it is the owner, of the others, too.
+    fn with_others(&mut self, waiter: &Waiter, outcome: TickOutcome) -> TickOutcome {
+        let name = waiter.item.participant.as_ref();
+        let Some(owner) = self.owner().filter(|owner| name == Some(owner)) else {
+            return outcome;
+        };
+        let guests = self.roster.others(owner);
+        TickOutcome { guests, is_changed_by_others: self.take_changed(), ..outcome }
     }
 
     /// Somebody takes part in the clock from now on, or, without a lease, no more.

@@ -71,7 +71,8 @@ impl Progress {
         let Self { replies, collisions, sensors, frame, done, .. } = self;
         let frame = frame.unwrap_or_else(|| encode_frame(&world.frame()));
         let cameras_due = if done > 0 { world.cameras_due().to_vec() } else { Vec::new() };
-        TickOutcome { frame, replies, collisions, sensors, cameras_due, guests: Vec::new() }
+        let told = TickOutcome::new(frame);
+        TickOutcome { replies, collisions, sensors, cameras_due, ..told }
     }
 }
 

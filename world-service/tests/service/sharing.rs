@@ -133,6 +133,33 @@ fn the_owner_hears_of_its_guests_and_they_do_not_hear_of_each_other() {
 }
 
 #[test]
+fn the_owner_hears_once_that_others_had_something_done() {
+    let mut bench = Bench::new();
+    let world = bench.create(7, Some(Lease { owner: name("face"), millis: 60_000 }));
+    share(&mut bench, world, "face", Some(LEASE));
+    let hears = |bench: &mut Bench| bench.tick(step(world, "face")).unwrap().is_changed_by_others;
+    let own = TickItem { commands: vec![car()], ..step(world, "face") };
+    for item in [TickItem { tick_count: 0, ..own.clone() }, own] {
+        assert!(!bench.tick(item).unwrap().is_changed_by_others, "its own commands");
+    }
+    // Who has no part in the clock any more, and who says no name.
+    for participant in [Some(name("gone")), None] {
+        let told = bench.tick(TickItem { participant, commands: vec![car()], ..ticks(world, 0) });
+        assert!(!told.unwrap().is_changed_by_others, "others are told nothing");
+        assert!(hears(&mut bench));
+        assert!(!hears(&mut bench));
+    }
+    bench.work(world, WorldWork::Commands(vec![car()]));
+    let without_time = TickItem { tick_count: 0, ..step(world, "face") };
+    assert!(bench.tick(without_time).unwrap().is_changed_by_others);
+    share(&mut bench, world, "guest", Some(LEASE));
+    for (commands, is_told) in [(vec![], false), (vec![car()], true)] {
+        ask(&mut bench, TickItem { commands, ..step(world, "guest") });
+        assert_eq!(hears(&mut bench), is_told);
+    }
+}
+
+#[test]
 fn a_world_tells_which_one_it_stands_for() {
     let mut bench = Bench::new();
     let (world, before) = (bench.create(7, None), WorldId::of_host(9, 4));

@@ -67,19 +67,75 @@ async fn a_world_that_guests_changed_since_the_last_step_moves_as_it_is_and_come
 }
 
 #[tokio::test]
-async fn a_world_whose_guests_have_gone_is_again_one_that_is_known_to_the_bit() {
+async fn what_a_guest_did_who_came_and_went_between_two_steps_is_kept() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    observe(&mut session, 2).await;
+    port.disturb();
+    observe(&mut session, 1).await;
+    observe(&mut session, 1).await;
+    let before = port.look(port.ids()[0]).unwrap();
+    port.crash();
+    session.move_away().await.unwrap();
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    assert_eq!(observe(&mut session, 1).await["step_number"], 5);
+}
+
+#[tokio::test]
+async fn what_a_guest_did_before_a_step_without_time_is_kept() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    observe(&mut session, 1).await;
+    port.disturb();
+    session.step(&Action::of(ActionKind::InitNavigationAgent)).await.unwrap();
+    let before = port.look(port.ids()[0]).unwrap();
+    assert_eq!(before.0, schemas::Tick(1));
+    port.crash();
+    session.move_away().await.unwrap();
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+}
+
+#[tokio::test]
+async fn a_state_is_kept_where_guests_have_acted_and_not_where_they_only_look() {
     let (port, mut session) = session();
     session.reset(open()).await.unwrap();
     port.guests.lock().unwrap().push(guest());
-    observe(&mut session, 2).await;
-    port.guests.lock().unwrap().clear();
-    observe(&mut session, 3).await;
-    // Nobody is known to have been there.
+    observe(&mut session, 5).await;
+    assert_eq!(port.saved.lock().unwrap().len(), 0);
+    for saves in 1..3 {
+        port.disturb();
+        observe(&mut session, 5).await;
+        assert_eq!(port.saved.lock().unwrap().len(), saves);
+    }
+}
+
+#[tokio::test]
+async fn a_state_that_could_not_be_had_is_asked_for_again_with_the_next_step() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
     port.disturb();
+    port.refuses_to_save.store(true, Ordering::Relaxed);
     observe(&mut session, 1).await;
+    port.refuses_to_save.store(false, Ordering::Relaxed);
+    observe(&mut session, 2).await;
+    assert_eq!(port.saved.lock().unwrap().len(), 1);
+    let before = port.look(port.ids()[0]).unwrap();
     port.crash();
-    let error = session.step(&Action::of(ActionKind::Observe)).await.unwrap_err().to_string();
-    assert!(error.ends_with("; reset to start a new episode"), "{error}");
+    session.move_away().await.unwrap();
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+}
+
+#[tokio::test]
+async fn a_snapshot_has_what_guests_did_since_the_step_before_it() {
+    let (port, mut session) = session();
+    session.reset(open()).await.unwrap();
+    observe(&mut session, 1).await;
+    port.disturb();
+    let before = port.look(port.ids()[0]).unwrap();
+    let saved = session.saved().await.unwrap();
+    session.go_on_from(saved, None).await.unwrap();
+    settle().await;
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
 }
 
 #[tokio::test]

@@ -207,8 +207,16 @@ class TickResult(object):
         o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(18))
         return o == 0
 
+    # Whether others than the owner had something done since it was told last; it alone is told.
+    # TickResult
+    def IsChangedByOthers(self):
+        o = flatbuffers.number_types.UOffsetTFlags.py_type(self._tab.Offset(20))
+        if o != 0:
+            return bool(self._tab.Get(flatbuffers.number_types.BoolFlags, o + self._tab.Pos))
+        return False
+
 def TickResultStart(builder):
-    builder.StartObject(8)
+    builder.StartObject(9)
 
 def Start(builder):
     TickResultStart(builder)
@@ -303,6 +311,12 @@ def TickResultStartGuestsVector(builder, numElems):
 
 def StartGuestsVector(builder, numElems: int) -> int:
     return TickResultStartGuestsVector(builder, numElems)
+
+def TickResultAddIsChangedByOthers(builder, isChangedByOthers):
+    builder.PrependBoolSlot(8, isChangedByOthers, 0)
+
+def AddIsChangedByOthers(builder, isChangedByOthers):
+    TickResultAddIsChangedByOthers(builder, isChangedByOthers)
 
 def TickResultEnd(builder):
     return builder.EndObject()
