@@ -18,8 +18,8 @@ use crate::listener::FaceListener;
 use crate::openenv::{self, Face, OriginRule};
 use crate::session::table::Sessions;
 use crate::session::{Contexts, SessionContext};
-use crate::world_port::WorldPort;
 use crate::world_port::on_bus::PATIENCE;
+use crate::world_port::{DT_SECS, WorldPort};
 
 /// Why the service ended.
 #[derive(Debug, thiserror::Error)]
@@ -106,6 +106,7 @@ async fn serve(config: Config, monitor: &Monitor) -> Result<(), RunError> {
     let served = openenv::serve(listener, Arc::new(face), bounds);
     tokio::spawn(follow(door));
     tokio::spawn(reap(Arc::clone(&sessions)));
+    tokio::spawn(keep_pace(Arc::clone(&sessions)));
     tokio::spawn(sweep(Arc::clone(&sessions), changes.clone()));
     tokio::spawn(move_worlds(Arc::clone(&sessions), changes));
     tokio::spawn(warm_up(context));
@@ -204,6 +205,15 @@ async fn follow(door: Arc<Door>) {
     loop {
         tokio::time::sleep(FOLLOW_EVERY).await;
         door.follow();
+    }
+}
+
+async fn keep_pace(sessions: Arc<Sessions>) {
+    let mut every = tokio::time::interval(Duration::from_secs_f64(DT_SECS));
+    every.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+    loop {
+        every.tick().await;
+        sessions.keep_pace();
     }
 }
 

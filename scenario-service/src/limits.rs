@@ -42,6 +42,8 @@ pub(crate) const IGNORED_KEYS_MAX: usize = 64;
 pub(crate) const TICKS_PER_STEP_MAX: u32 = 200;
 /// What passes at most while no step is asked for, where time goes on with that of the wall.
 pub(crate) const IDLE_MAX: Duration = Duration::from_secs(30);
+/// Of that, ticks that pass at once where guests look on: who steps meanwhile waits for them.
+pub(crate) const PACED_TICKS_MAX: u32 = 4;
 /// Steps of one episode before it is over.
 pub(crate) const EPISODE_STEPS_MAX: u32 = 1_000_000;
 /// Collisions listed in one episode's state.

@@ -270,17 +270,15 @@ impl Session {
         if home.is_shared() && episode.is_done() {
             return Ok(Report { reward: Some(0.0), ..Report::default() });
         }
-        let mut passed = Vec::new();
         if episode.is_realtime() {
             let own = episode.plan(action).tick_count;
             let ticks = self.clock.ticks_before(own, Instant::now());
-            match realtime::pass(ticks, episode, home, &self.context).await {
-                Ok(events) => passed = events,
-                Err(trouble) => return Err(self.troubled(trouble)),
+            if let Err(trouble) = self.clock.pass(ticks, episode, home, &self.context).await {
+                return Err(self.troubled(trouble));
             }
         }
         let mut plan = episode.plan(action);
-        plan.events.splice(0..0, passed);
+        plan.events.splice(0..0, self.clock.take_events());
         let work = Work {
             commands: std::mem::take(&mut plan.commands),
             tick_count: plan.tick_count,

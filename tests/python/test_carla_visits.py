@@ -172,6 +172,22 @@ def test_several_ticks_of_a_step_are_as_many_frames(site):
         assert len(ticks_of(frames)) == 6
 
 
+def test_time_goes_on_for_clients_while_a_session_in_real_time_thinks(site):
+    with visited(site, realtime=True) as (session, _, client):
+        frames = []
+        client.get_world().on_tick(frames.append)
+        until(lambda: len(ticks_of(frames)) >= 20)
+        step = session.step("control", throttle=0.5)
+        assert step.metadata["sim"]["tick"] >= 20
+        assert step.metadata["events"][0].endswith(" s passed before this action")
+        seconds = ticks_of(frames)
+        leaps = [after - before for before, after in zip(seconds, seconds[1:], strict=False)]
+        assert leaps == pytest.approx([0.05] * len(leaps), abs=1e-4), "each tick is a frame"
+        with synchronous(client.get_world()) as world:
+            numbers = [world.tick() for _ in range(20)]
+        assert numbers == list(range(numbers[0], numbers[0] + 20))
+
+
 def test_a_client_is_told_when_the_session_ends_and_goes_on_elsewhere(site):
     with visited(site) as (session, _, client):
         world = client.get_world()

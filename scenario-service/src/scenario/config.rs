@@ -171,11 +171,6 @@ impl Common {
         overrides.boolean("realtime", &mut self.realtime)?;
         overrides.boolean("sealed", &mut self.sealed)?;
         overrides.boolean("open_to_carla", &mut self.open_to_carla)?;
-        if self.open_to_carla && self.realtime {
-            // Its time goes on by leaps, when the session steps.
-            let found = Value::Bool(true);
-            return Err(wrong("open_to_carla", "false where realtime is true", &found));
-        }
         self.sharing.configure(overrides)?;
         overrides.boolean("raw_controls", &mut self.raw_controls)
     }

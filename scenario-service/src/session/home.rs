@@ -48,6 +48,11 @@ impl Home {
         matches!(self, Self::Shared(_))
     }
 
+    /// Whether it is a world of its own that CARLA's clients may come into.
+    pub(super) fn is_open(&self) -> bool {
+        matches!(self, Self::Own(world) if world.is_open())
+    }
+
     /// Moves the world away from a service that ends.
     ///
     /// # Errors

@@ -12,6 +12,7 @@ use tenancy::{Seldom, TokenId, Visitor};
 use tokio::sync::watch;
 
 mod in_use;
+mod pace;
 
 use super::{Contexts, Session};
 use crate::scenario::ScenarioError;

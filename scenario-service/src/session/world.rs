@@ -107,6 +107,10 @@ impl EpisodeWorld {
         Ok(())
     }
 
+    pub(super) fn is_open(&self) -> bool {
+        self.opened.is_some()
+    }
+
     /// What CARLA's clients load to come into the world, if they may.
     pub(super) fn carla_world(&self) -> Option<String> {
         let world = self.owned.as_ref()?.id();

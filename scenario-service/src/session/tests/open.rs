@@ -154,14 +154,6 @@ async fn a_world_with_several_egos_moves_as_well() {
 }
 
 #[tokio::test]
-async fn a_world_whose_time_goes_on_by_itself_is_not_open() {
-    let (_, mut session) = session();
-    let both = json!({ "open_to_carla": true, "realtime": true });
-    let refused = session.reset(reset_to("free_roam", 7, both)).await.unwrap_err().to_string();
-    assert!(refused.contains("open_to_carla must be false where realtime is true"), "{refused}");
-}
-
-#[tokio::test]
 async fn a_world_that_is_not_open_is_ticked_as_a_whole_and_has_no_name() {
     let (port, context) = testing::context();
     let mut session = Session::new(Arc::clone(&context), Quotas::default()).unwrap();
