@@ -154,8 +154,9 @@ fn the_owner_hears_once_that_others_had_something_done() {
     assert!(bench.tick(without_time).unwrap().is_changed_by_others);
     share(&mut bench, world, "guest", Some(LEASE));
     for (commands, is_told) in [(vec![], false), (vec![car()], true)] {
-        ask(&mut bench, TickItem { commands, ..step(world, "guest") });
+        let guest = ask(&mut bench, TickItem { commands, ..step(world, "guest") });
         assert_eq!(hears(&mut bench), is_told);
+        assert!(!outcome(&guest).unwrap().is_changed_by_others);
     }
 }
 
