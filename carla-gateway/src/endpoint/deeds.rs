@@ -170,4 +170,17 @@ mod tests {
         assert!(deeds.again(&frame(1, 99)).is_err());
         assert!(deeds.again(&frame(2, 99)).is_ok() && deeds.bytes <= BYTES_MAX);
     }
+
+    #[test]
+    fn a_state_that_is_known_is_gone_on_from_though_more_of_its_tick_is_forgotten() {
+        let mut deeds = Deeds::default();
+        for hash in [10, 11] {
+            deeds.note(&frame(1, hash), vec![end(90)], &[Ok(None)]);
+        }
+        let room = BYTES_MAX - 2 * size_of::<Deed>() - size_of::<Command>();
+        let count = room / size_of::<Command>();
+        deeds.note(&frame(2, 20), vec![end(90); count], &vec![Ok(None); count]);
+        assert!(deeds.again(&frame(1, 99)).is_err());
+        assert_eq!(deeds.again(&frame(1, 11)).unwrap().len(), 1);
+    }
 }

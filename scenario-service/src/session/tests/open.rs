@@ -84,10 +84,11 @@ async fn what_a_guest_did_who_came_and_went_between_two_steps_is_kept() {
 #[tokio::test]
 async fn what_a_guest_did_before_a_step_without_time_is_kept() {
     let (port, mut session) = session();
-    session.reset(open()).await.unwrap();
+    let settings = json!({ "open_to_carla": true });
+    session.reset(reset_to("trolley_saves", 7, settings)).await.unwrap();
     observe(&mut session, 1).await;
     port.disturb();
-    session.step(&Action::of(ActionKind::InitNavigationAgent)).await.unwrap();
+    session.step(&Action::of(ActionKind::FollowRoute)).await.unwrap();
     let before = port.look(port.ids()[0]).unwrap();
     assert_eq!(before.0, schemas::Tick(1));
     port.crash();
