@@ -43,8 +43,11 @@ pub fn mirror_y(vector: Vec3) -> Vec3 {
 /// CARLA's rotation of a pose in our world; yaw and roll are more than -180° and at most 180°. No
 /// angle is -0.0.
 pub fn rotation_from_pose(pose: &Pose) -> RotationDeg {
+    /// What CARLA's client prints as 0, or as -0; single precision cannot tell it from none.
+    const NONE_DEG: f32 = 5.0e-7;
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
-    let [roll, pitch, yaw] = [roll, -pitch, -yaw].map(|rad| rad.to_degrees() + 0.0);
+    let degrees = [roll, -pitch, -yaw].map(f32::to_degrees);
+    let [roll, pitch, yaw] = degrees.map(|one| if one.abs() < NONE_DEG { 0.0 } else { one });
     RotationDeg { pitch, yaw: upper_half(yaw), roll: upper_half(roll) }
 }
 
@@ -117,8 +120,12 @@ mod tests {
             let mirrored = mirror_y(Vec3::repeat(zero));
             assert_eq!(told(mirrored.x, mirrored.y, mirrored.z), zeros);
         }
-        let RotationDeg { pitch, yaw, roll } = rotation_from_pose(&Pose::identity());
-        assert_eq!(told(pitch, yaw, roll), zeros);
+        for yaw in [0.0, 4.0e-7] {
+            let turned = RotationDeg { yaw: -yaw, ..Default::default() };
+            let pose = pose_from_transform(Vec3::zeros(), turned);
+            let RotationDeg { pitch, yaw, roll } = rotation_from_pose(&pose);
+            assert_eq!(told(pitch, yaw, roll), zeros);
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 """Clients of CARLA in the world of an OpenEnv session: both see and do things there."""
 
+import itertools
 import os
 import queue
 import re
@@ -181,7 +182,7 @@ def test_time_goes_on_for_clients_while_a_session_in_real_time_thinks(site):
         assert step.metadata["sim"]["tick"] >= 20
         assert step.metadata["events"][0].endswith(" s passed before this action")
         seconds = ticks_of(frames)
-        leaps = [after - before for before, after in zip(seconds, seconds[1:], strict=False)]
+        leaps = [after - before for before, after in itertools.pairwise(seconds)]
         assert leaps == pytest.approx([0.05] * len(leaps), abs=1e-4), "each tick is a frame"
         with synchronous(client.get_world()) as world:
             numbers = [world.tick() for _ in range(20)]
