@@ -132,8 +132,8 @@ def test_a_batch_destroys_all_lights_and_signs_and_a_new_world_has_them(client, 
     assert len(world.get_actors().filter("traffic.*")) == len(signals)
 
 
-@pytest.mark.parametrize("label", [LIGHT, SIGN], ids=str)
-def test_hidden_lights_and_signs_come_back(world, label):
+@pytest.mark.parametrize("label", [LIGHT, SIGN, POLE], ids=str)
+def test_hidden_lights_signs_and_poles_come_back(world, label):
     light, *_ = lights_of(world)
     car = waiting_car(world, light)
     _camera, lamps = seen_before(world, light)
