@@ -45,7 +45,8 @@ impl WallClock {
     /// Ticks that have passed while no step is asked for; what guests cannot be shown in time is
     /// left out.
     fn ticks_meanwhile(&mut self, now: Instant) -> u32 {
-        let left = (IDLE_MAX.as_secs_f64() / DT_SECS) as u32 - self.passed.0;
+        let most = (IDLE_MAX.as_secs_f64() / DT_SECS) as u32;
+        let left = most.saturating_sub(self.passed.0);
         self.ticks_before(0, now).min(PACED_TICKS_MAX).min(left)
     }
 
