@@ -168,3 +168,12 @@ fn streets_climb_where_carlas_do() {
         assert!(off.xy().norm() < 5.0, "{name}: {off} beside {point}");
     }
 }
+
+/// Agents of leaderboards make metres of degrees by numbers that hold around CARLA's origin alone.
+#[test]
+fn latitudes_and_longitudes_of_our_towns_begin_at_zero_as_those_of_carlas() {
+    for map in generated::towns() {
+        let place = map.geo_place(&Point3::origin());
+        assert_eq!([place.latitude_deg, place.longitude_deg], [0.0, 0.0], "{}", map.name());
+    }
+}

@@ -44,7 +44,7 @@ pub(super) fn town(name: &str, draft: &TownDraft) -> String {
          west=\"{west}\" vendor=\"Causeway\">"
     ));
     out.line(format_args!(
-        "<geoReference><![CDATA[+proj=tmerc +lat_0=48 +lon_0=11 +k=1 +x_0=0 +y_0=0 +datum=WGS84 \
+        "<geoReference><![CDATA[+proj=tmerc +lat_0=0 +lon_0=0 +k=1 +x_0=0 +y_0=0 +datum=WGS84 \
          +units=m +no_defs]]></geoReference>"
     ));
     out.line(format_args!("</header>"));
