@@ -12,6 +12,7 @@ mod grid;
 mod places;
 mod point;
 mod rings;
+mod shared;
 mod stops;
 mod ways;
 
@@ -41,6 +42,8 @@ pub struct Network {
     by_key: BTreeMap<(u32, u32, i32), LaneId>,
     grid: Grid,
     crossings: Vec<Crossing>,
+    /// By light: all that have a line with it, where they speak to several ways.
+    sharing: BTreeMap<u32, Vec<u32>>,
 }
 
 /// One lane of one section.
@@ -315,14 +318,6 @@ impl Lane {
     pub(crate) fn stop_m(&self, why: Stop) -> f32 {
         let line = self.stops.iter().find(|line| line.why == why);
         line.map_or(self.length_m(), |line| line.at_m)
-    }
-
-    /// Whether a line holds those who drive on along a lane: not a light's where others have the
-    /// same line, of which some speak to that lane and it does not.
-    pub(crate) fn holds(&self, why: Stop, next: Option<LaneId>) -> bool {
-        let Stop::Light(light) = why else { return true };
-        let mut spoken = self.spoken.iter().filter(|(_, lane)| Some(*lane) == next).peekable();
-        spoken.peek().is_none() || spoken.any(|(other, _)| *other == light)
     }
 
     /// Whether both lead to one lane.

@@ -5,8 +5,8 @@ use schemas::yaw_rad;
 
 use super::grid::Grid;
 use super::{
-    Beside, Lane, LaneId, LanePoint, Network, climbs, conflicts, crossings, rings, stops, ways,
-    wrapped,
+    Beside, Lane, LaneId, LanePoint, Network, climbs, conflicts, crossings, rings, shared, stops,
+    ways, wrapped,
 };
 
 /// Greatest distance between points of a lane, in metres of road coordinate.
@@ -43,6 +43,7 @@ pub(super) fn network(map: &Map) -> Network {
     climbs::mark(&mut network);
     conflicts::find(&mut network);
     stops::mark(&mut network, map);
+    shared::mark(&mut network);
     network.grid = Grid::new(&network.lanes);
     rings::mark(&mut network);
     crossings::mark(&mut network, map);

@@ -27,7 +27,7 @@ pub(super) fn mark(network: &mut Network, map: &Map) {
     }
     for lane in &mut network.lanes {
         lane.stops.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
-        lane.stops.dedup_by(|a, b| a.why == b.why && (a.at_m - b.at_m).abs() < SAME_LINE_M);
+        lane.stops.dedup_by(|a, b| a.why == b.why && are_one(a, b));
     }
     for (index, light) in (0..).zip(&lights) {
         for held in &light.lanes {
@@ -47,17 +47,19 @@ fn speak(network: &mut Network, held: &Waypoint, light: u32) {
     let before = network.lane(way).map_or(Vec::new(), |lane| lane.previous.clone());
     for id in before {
         let Some(lane) = network.lanes.get_mut(id as usize) else { continue };
-        let at_m = |line: &StopLine| (line.why == Stop::Light(light)).then_some(line.at_m);
-        let shares = |at_m: f32| {
-            let mut others = lane.stops.iter().filter(|line| line.why != Stop::Light(light));
-            others.any(|other| {
-                matches!(other.why, Stop::Light(_)) && (other.at_m - at_m).abs() < SAME_LINE_M
-            })
+        let shares = |line: &StopLine| {
+            let mut others = lane.stops.iter().filter(|other| other.why != line.why);
+            others.any(|other| matches!(other.why, Stop::Light(_)) && are_one(line, other))
         };
-        if lane.stops.iter().find_map(at_m).is_some_and(shares) {
+        if lane.stops.iter().find(|line| line.why == Stop::Light(light)).is_some_and(shares) {
             lane.spoken.push((light, way));
         }
     }
+}
+
+/// Whether two lines of a lane are one.
+pub(super) fn are_one(line: &StopLine, other: &StopLine) -> bool {
+    (line.at_m - other.at_m).abs() < SAME_LINE_M
 }
 
 fn add(network: &mut Network, at: &Waypoint, why: Stop) {

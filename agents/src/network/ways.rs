@@ -1,12 +1,18 @@
 //! Ways through junctions: where they begin, who of two goes first, and how far they turn. Where a
 //! road through a junction has several sections, a way is as many lanes after each other.
 
+use nalgebra::RealField;
+use schemas::Vec3;
+
 use super::{Lane, LaneId, Network, wrapped};
 
 /// Ways into a junction that begin this much turned from each other begin opposite.
 const ONCOMING_RAD: f32 = 2.4;
 /// Who comes from the right begins turned to the left by this much, and the other way around.
 const FROM_SIDE_RAD: std::ops::Range<f32> = 0.7..2.4;
+/// A front is on ways whose middle is this near and that lead this much the same way.
+const BESIDE_M: f32 = 1.5;
+const SAME_WAY_RAD: f32 = 0.6;
 /// Sections of a road through a junction at most.
 const LANES_MAX: usize = 64;
 
@@ -54,6 +60,21 @@ impl Network {
             next.copied().find(|next| self.are_of_one_way(*id, *next))
         };
         std::iter::successors(Some(id), after).take(LANES_MAX)
+    }
+
+    /// Lanes through junctions that a vehicle's front may be on, with where on each of them.
+    pub(crate) fn inside(
+        &self,
+        front_m: &Vec3,
+        forward: &Vec3,
+    ) -> impl Iterator<Item = (LaneId, f32)> {
+        let heading_rad = RealField::atan2(forward.y, forward.x);
+        let near = self.near(front_m, BESIDE_M).into_iter().filter(move |near| {
+            let same_way = wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
+            let lane = self.lane(near.place.lane);
+            same_way && lane.is_some_and(|lane| lane.junction.is_some())
+        });
+        near.map(|near| (near.place.lane, near.place.at_m))
     }
 
     /// Whether two lanes are of one road through a junction.

@@ -34,6 +34,12 @@ impl OrientedBox {
         self.centre_m
     }
 
+    /// The middle of its front, and the way that it points.
+    pub(crate) fn front(&self) -> (Vec3, Vec3) {
+        let forward = self.axes.column(0).into_owned();
+        (self.centre_m + forward * self.half_m.x, forward)
+    }
+
     /// Of the sphere around it.
     pub(crate) fn radius_m(&self) -> f32 {
         self.half_m.norm()

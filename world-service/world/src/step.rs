@@ -215,7 +215,6 @@ impl State {
             }
             let motion = self.physics.state(body);
             let outline = OrientedBox::new(&motion.world_from_body, blueprint);
-            let signals = (&town.traffic, self.first_actor);
             let passing = Passing {
                 id,
                 others: &others,
@@ -224,7 +223,7 @@ impl State {
                 speed_mps: motion.linear_mps.norm(),
                 lights,
             };
-            vehicle.rules.update(&town.roads, signals, &passing, &mut near, self.dt_secs);
+            vehicle.rules.update(town, self.first_actor, &passing, &mut near, self.dt_secs);
         }
     }
 

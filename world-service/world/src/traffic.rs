@@ -7,6 +7,7 @@
 
 mod lights;
 mod plan;
+mod red;
 mod sight;
 
 pub use lights::Lights;

@@ -3,15 +3,12 @@
 use schemas::TrafficLightColour::{Red, Yellow};
 
 use super::{CLEAR_M, Claims, GAP_SECS, Hold, Wish};
-use crate::network::{Lane, LaneId, Network, Stop, wrapped};
+use crate::network::{Lane, LaneId, Network, Stop};
 use crate::scene::{Body, Scene};
 
 /// Slower than this nobody takes anything from others.
 const MOVING_MPS: f32 = 1.0;
-/// Lanes of a junction count whose middle is this near and that lead this much the same way, from
-/// their entry on for so far.
-const BESIDE_M: f32 = 1.5;
-const SAME_WAY_RAD: f32 = 0.6;
+/// Lanes of a junction count from their entry on for so far.
 const ENTERED_M: f32 = 8.0;
 /// Ways through a junction that turn by more than this turn off.
 const TURN_RAD: f32 = 0.6;
@@ -37,19 +34,13 @@ impl Claims {
     /// it takes nothing that it would not take on all ways that it may be on. Lights that do not
     /// show green are not judged here.
     pub fn entering(&self, network: &Network, scene: &Scene, body: &Body) -> Entering {
-        let heading_rad = nalgebra::RealField::atan2(body.forward.y, body.forward.x);
         let front_m = body.centre_m + body.forward * body.half_m.x;
-        let lanes: Vec<LaneId> = network
-            .near(&front_m, BESIDE_M)
-            .into_iter()
-            .filter(|near| {
-                let Some(lane) = network.lane(near.place.lane) else { return false };
-                let same_way = wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
-                let inside_m = lane.entered.before_m + near.place.at_m;
-                lane.junction.is_some() && same_way && (0.1..ENTERED_M).contains(&inside_m)
-            })
-            .map(|near| near.place.lane)
-            .collect();
+        let is_early = |(lane, at_m): &(LaneId, f32)| {
+            let inside_m = network.lane(*lane).map(|lane| lane.entered.before_m + at_m);
+            inside_m.is_some_and(|inside_m| (0.1..ENTERED_M).contains(&inside_m))
+        };
+        let inside = network.inside(&front_m, &body.forward).filter(is_early);
+        let lanes: Vec<LaneId> = inside.map(|(lane, _)| lane).collect();
         if lanes.is_empty() {
             return Entering::No;
         }

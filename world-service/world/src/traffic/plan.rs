@@ -1,9 +1,9 @@
 //! The lights and signs of a town, as actors that never move.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use roads::{Map, SignKind, SignalPose, TriggerBox};
+use roads::{Map, SignKind, SignalPose, TrafficLight, TriggerBox};
 use schemas::{ActorDescription, ActorId, ActorKind, ActorState, Pose, Vec3};
 
 use crate::overlap::OrientedBox;
@@ -35,6 +35,8 @@ pub(crate) struct TrafficPlan {
     boxes: Option<Scenery>,
     /// Position of the light or sign, by box.
     holder_of_box: Vec<usize>,
+    /// Whether a lane has boxes of several lights, by light.
+    is_beside_others: Vec<bool>,
     /// Boxes on the ways whose vehicles go first, by the position of the sign that says so.
     crossing: BTreeMap<usize, Vec<OrientedBox>>,
 }
@@ -46,6 +48,7 @@ impl TrafficPlan {
             groups: found.groups.into_iter().map(|group| group.controllers).collect(),
             ..Self::default()
         };
+        plan.is_beside_others = beside_others(&found.lights);
         let mut boxes: Vec<(Pose, Vec3)> = Vec::new();
         for of in &found.lights {
             let at = plan.add(ActorKind::TrafficLight, "traffic.traffic_light", of.pose, &of.boxes);
@@ -151,6 +154,11 @@ impl TrafficPlan {
         self.controller_of.len()
     }
 
+    /// Whether a light has its lane with others, which may hold other ways from there.
+    pub(crate) fn is_beside_others(&self, light: usize) -> bool {
+        self.is_beside_others.get(light).copied().unwrap_or(false)
+    }
+
     /// Which group a light belongs to.
     pub(crate) fn group_of(&self, light: usize) -> u16 {
         self.group_of.get(light).copied().unwrap_or(u16::MAX)
@@ -225,6 +233,21 @@ impl TrafficPlan {
         }
         self.holder_of_box.get(nearest?.2 as usize).copied()
     }
+}
+
+/// Whether a lane has boxes of several lights, by light.
+fn beside_others(lights: &[TrafficLight]) -> Vec<bool> {
+    let lane = |held: &TriggerBox| (held.middle.road, held.middle.section, held.middle.lane);
+    let mut of_lane: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (index, light) in lights.iter().enumerate() {
+        let lanes: BTreeSet<_> = light.boxes.iter().map(lane).collect();
+        lanes.into_iter().for_each(|lane| of_lane.entry(lane).or_default().push(index));
+    }
+    let mut beside = vec![false; lights.len()];
+    for index in of_lane.into_values().filter(|all| all.len() > 1).flatten() {
+        beside[index] = true;
+    }
+    beside
 }
 
 fn placed(trigger: &TriggerBox) -> (Pose, Vec3) {

@@ -6,8 +6,10 @@ use roads::{LaneTypes, Map};
 use schemas::{ActorId, Pose, TrafficLightColour, Vec3};
 use serde::{Deserialize, Serialize};
 
+use super::red::{Line, Seen};
 use super::{Lights, TrafficPlan};
 use crate::overlap::OrientedBox;
+use crate::town::Town;
 
 /// How long a stop sign holds who comes to it, in seconds. **Source:** CARLA's server.
 const STOP_SECS: f32 = 2.0;
@@ -26,8 +28,8 @@ pub(crate) struct RoadRules {
     stop: Option<ActorId>,
     /// For how long that will hold it.
     stop_secs: f32,
-    /// Whether its light was red when it came into the box and ever since.
-    red_all_along: bool,
+    /// What the lights showed at the line that it is at, or has passed.
+    seen: Seen,
     /// The slowest that it was in its box.
     slowest_mps: f32,
     /// The crossing before which it is to let people over.
@@ -62,7 +64,8 @@ impl Looked {
 /// How often a vehicle broke a rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Broken {
-    /// Lights that showed red from when it came to their line until it had passed it.
+    /// Lights that showed red from when it came to their line until it had passed it; of several
+    /// at one line those that hold the way that it took.
     pub red_lights: u32,
     /// Stop signs at which it did not stand.
     pub stop_signs: u32,
@@ -126,26 +129,20 @@ impl RoadRules {
     }
 
     /// Counts the box that it drove out of, and remembers what it did in the one that it is in.
-    fn judge(
-        &mut self,
-        (before, was_at_stop): (&Self, bool),
-        colour: Option<TrafficLightColour>,
-        speed_mps: f32,
-    ) {
-        let is_red = colour == Some(TrafficLightColour::Red);
+    fn judge(&mut self, (before, was_at_stop): (&Self, bool), line: Option<Line<'_>>, mps: f32) {
         let left = (before.light, before.stop) != (self.light, self.stop);
         let was_put = std::mem::take(&mut self.is_put);
-        if left && !was_put {
-            self.broken.red_lights += u32::from(before.light.is_some() && before.red_all_along);
+        if was_put {
+            self.seen = Seen::default();
+        } else if left {
+            let runs = before.light.is_some() && self.seen.pass();
+            self.broken.red_lights += u32::from(runs);
             let passed = was_at_stop && before.slowest_mps > STOPPED_MPS;
             self.broken.stop_signs += u32::from(passed);
         }
-        if left || was_put {
-            (self.red_all_along, self.slowest_mps) = (is_red, speed_mps);
-        } else {
-            self.red_all_along &= is_red;
-            self.slowest_mps = self.slowest_mps.min(speed_mps);
-        }
+        self.seen.look(line, left || was_put);
+        let slowest_mps = if left || was_put { mps } else { self.slowest_mps.min(mps) };
+        self.slowest_mps = slowest_mps;
     }
 
     /// A light or sign is gone: it holds nobody, and nobody passes it.
@@ -177,13 +174,13 @@ impl RoadRules {
     /// - **Cost:** logarithmic in the size of the map; a microsecond or two.
     pub(crate) fn update(
         &mut self,
-        map: &Map,
-        (plan, first_actor): (&TrafficPlan, ActorId),
+        town: &Town,
+        first_actor: ActorId,
         passing: &Passing<'_>,
         near: &mut Vec<u32>,
         dt_secs: f64,
     ) {
-        let (before, world_from_vehicle) = (*self, passing.world_from_vehicle);
+        let (before, plan) = (*self, &town.traffic);
         let stands = |position: usize| passing.lights.stands(position);
         let holder = plan.holder_at(passing.outline, stands, near);
         let id_of = |position: usize| first_actor.plus(position as u32);
@@ -203,12 +200,25 @@ impl RoadRules {
         }
         self.stop = stop;
         let sign_before = before.stop.and_then(|sign| plan.position(sign, first_actor));
-        let colour = holder.and_then(|at| passing.lights.colour(at));
-        self.judge((&before, is_stop(sign_before)), colour, passing.speed_mps);
-        let at_m = world_from_vehicle.translation.vector;
+        let is_red =
+            |light: u32| passing.lights.colour(light as usize) == Some(TrafficLightColour::Red);
+        let light = holder.filter(|at| *at < plan.light_count());
+        let line = light.map(|light| {
+            let all = match plan.is_beside_others(light) {
+                true => town.network().sharing(light as u32),
+                false => &[],
+            };
+            Line { light: light as u32, all, is_red: &is_red }
+        });
+        self.judge((&before, is_stop(sign_before)), line, passing.speed_mps);
+        if self.seen.is_unclear() {
+            let runs = self.seen.runs(town.network(), passing.outline.front());
+            self.broken.red_lights += u32::from(runs);
+        }
+        let at_m = passing.world_from_vehicle.translation.vector;
         // Who stands where it looked need not look again.
         if self.looked.is_none_or(|looked| looked.at_m != at_m) {
-            self.find_limit(map, at_m);
+            self.find_limit(&town.roads, at_m);
         }
     }
 

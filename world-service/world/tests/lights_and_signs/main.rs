@@ -6,6 +6,7 @@ mod destroyed;
 mod ids;
 mod knows;
 mod posts;
+mod shared;
 mod state;
 mod support;
 mod turns;
