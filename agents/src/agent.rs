@@ -34,6 +34,9 @@ const END_M: f32 = 1.0;
 /// Sideways acceleration in curves on a dry road, and braking for curves and the end of the route.
 const CURVE_MPS2: f32 = 3.5;
 const EASY_MPS2: f32 = 3.0;
+/// Braking before bends that are tighter than the vehicle can turn: pedals follow late, and it
+/// must not be fast there.
+const EARLY_MPS2: f32 = 1.5;
 /// Slower than this nobody approaches the end of a route.
 const END_MPS: f32 = 2.0;
 /// Who would have to brake harder than this before a junction brakes at once.
@@ -263,7 +266,8 @@ impl Agent {
         }
         let free_m = taken.map_or(stop_m, |taken| taken.stop_m.min(stop_m));
         let braked_mps = (2.0 * EASY_MPS2 * view.grip * free_m).sqrt();
-        let free_mps = self.free_speed(&points, &traits, speed_mps).min(braked_mps);
+        let free_mps = self.free_speed(&points, &traits, (speed_mps, view.bend_per_m_max));
+        let free_mps = free_mps.min(braked_mps);
         let followed =
             ahead.as_ref().map(|ahead| (ahead, traits.follow(&self.options, speed_mps, ahead)));
         let target_mps = match followed {
@@ -301,13 +305,21 @@ impl Agent {
     }
 
     /// As fast as options, limits, the end of the route, and curves with this grip allow.
-    fn free_speed(&self, points: &[PathPoint], traits: &Traits, speed_mps: f32) -> f32 {
+    fn free_speed(
+        &self,
+        points: &[PathPoint],
+        traits: &Traits,
+        (speed_mps, bend_per_m_max): (f32, f32),
+    ) -> f32 {
         let limit_mps = points.first().map_or(0.0, |here| here.point.limit_mps);
         let mut free_mps = traits.speed_mps(&self.options, limit_mps);
-        let (curve_mps2, easy_mps2) = (CURVE_MPS2 * traits.grip, EASY_MPS2 * traits.grip);
+        let [curve_mps2, easy_mps2, early_mps2] =
+            [CURVE_MPS2, EASY_MPS2, EARLY_MPS2].map(|dry_mps2| dry_mps2 * traits.grip);
         for (index, at) in points.iter().enumerate() {
-            let curve = curve_mps2 / curvature_per_m(points, index).max(1.0e-4);
-            free_mps = free_mps.min((curve + 2.0 * easy_mps2 * at.ahead_m).sqrt());
+            let bend_per_m = curvature_per_m(points, index).max(1.0e-4);
+            let braking_mps2 = if bend_per_m > bend_per_m_max { early_mps2 } else { easy_mps2 };
+            let curve = curve_mps2 / bend_per_m;
+            free_mps = free_mps.min((curve + 2.0 * braking_mps2 * at.ahead_m).sqrt());
         }
         if self.status == AgentStatus::OnRoute {
             let braked = (2.0 * easy_mps2 * self.path.length_m()).sqrt().max(END_MPS);
@@ -347,7 +359,7 @@ mod tests {
         let options = AgentOptions { target_speed_mps: Some(20.0), ..AgentOptions::default() };
         let agent = Agent::new(options);
         let free_with_mps = |points: &[PathPoint], grip| {
-            agent.free_speed(points, &Traits::of(&agent.options, grip), 19.0)
+            agent.free_speed(points, &Traits::of(&agent.options, grip), (19.0, 0.24))
         };
         let free_mps = |points: &[PathPoint]| free_with_mps(points, 1.0);
         assert_eq!(free_mps(&way(0.0)), 20.0);

@@ -76,6 +76,8 @@ pub(crate) struct Lane {
     pub is_barred: bool,
     /// Whether some way on never ends; where all do, whether one leads to the end of a road.
     pub goes_on: bool,
+    /// Of its tightest bend.
+    pub bend_per_m: f32,
     /// Sine of the climb that no way from its entry on avoids; 0 where one does not climb.
     pub climb: f32,
     /// Whether it leads around a roundabout, or through a junction onto one.

@@ -252,6 +252,12 @@ impl Path {
         }
     }
 
+    /// Whether it leads over a lane soon that bends more than this somewhere.
+    pub(crate) fn is_tight(&self, network: &Network, within_m: f32, bend_per_m: f32) -> bool {
+        let mut near = self.ahead().take_while(|(begins_m, _)| *begins_m <= within_m);
+        near.any(|(_, leg)| network.lane(leg.lane).is_some_and(|it| it.bend_per_m > bend_per_m))
+    }
+
     /// Where it leads, from the vehicle on and at most so far, a point every `step_m` and at the
     /// end.
     pub(crate) fn places_m(&self, network: &Network, step_m: f32, most: usize) -> Vec<Vec3> {

@@ -38,6 +38,8 @@ pub struct VehicleView {
     pub full_lock_rad: f32,
     /// Half the distance between front wheels of which the inner one is steered.
     pub half_track_m: f32,
+    /// The tightest bend that its middle can follow; endless for who leans.
+    pub bend_per_m_max: f32,
     /// Extra front wheel angle per sideways acceleration, in steady cornering.
     pub understeer_rad_per_mps2: f32,
     /// Friction of the road over that of a dry one: what a driver dares, as [`DRY`](Self::DRY).
@@ -126,6 +128,7 @@ impl VehicleView {
             wheelbase_m: 2.8,
             full_lock_rad: 0.6,
             half_track_m: 0.0,
+            bend_per_m_max: 0.24,
             understeer_rad_per_mps2: 0.0,
             grip: Self::DRY,
             start_mps2: 4.0,

@@ -1,5 +1,7 @@
 //! From the place beside the lane to the steering wheel.
 
+mod tight;
+
 use nalgebra::{ComplexField, RealField};
 use schemas::Vec3;
 
@@ -44,6 +46,9 @@ pub(crate) fn along(path: &Path, network: &Network, view: &VehicleView) -> f32 {
     let along = here.point.heading();
     let left = Vec3::new(-along.y, along.x, 0.0);
     let along_mps = along.dot(&view.velocity_mps);
+    if let Some(lock) = tight::lock(path, network, view, along_mps) {
+        return lock;
+    }
     let ahead_m = along_mps.max(0.0) * LEAD_SECS;
     let bend = path.at(network, ahead_m).unwrap_or(here);
     let place = Place {
@@ -78,6 +83,7 @@ mod tests {
             wheelbase_m: 2.85,
             full_lock_rad: 0.6,
             half_track_m: 0.0,
+            bend_per_m_max: 0.24,
             understeer_rad_per_mps2: 0.0,
             grip: VehicleView::DRY,
             start_mps2: 4.0,

@@ -62,11 +62,14 @@ fn lane(map: &Map, entry: &Waypoint, exit: &Waypoint) -> Lane {
         points = middle(map, entry, exit, count.clamp(1, POINTS_MAX));
     }
     bend(&mut points);
+    let bends = points.iter().map(|point| point.curvature_per_m.abs());
+    let bend_per_m = bends.fold(0.0, f32::max);
     Lane {
         key: (entry.road, entry.section, entry.lane),
         entry_s: entry.s,
         exit_s: exit.s,
         points,
+        bend_per_m,
         junction: info.is_junction.then_some(info.junction_id.unwrap_or(u32::MAX)),
         keeps_left: !info.is_right_hand_traffic,
         ..Lane::default()

@@ -208,6 +208,7 @@ impl Guest {
             wheelbase_m: self.body.half_m.x,
             half_track_m: 0.0,
             full_lock_rad: 0.0,
+            bend_per_m_max: f32::INFINITY,
             understeer_rad_per_mps2: 0.0,
             grip,
             start_mps2: f32::INFINITY,

@@ -266,6 +266,7 @@ pub(crate) fn unsteered_view(fit: &Fit, body: &BodyState, grip: f32) -> VehicleV
             Handling::Real => 0.0,
             Handling::Carla => fit.half_track_m,
         },
+        bend_per_m_max: fit.bend_per_m_max,
         understeer_rad_per_mps2: fit.understeer_rad_per_mps2,
         grip,
         start_mps2: fit.start_mps2,

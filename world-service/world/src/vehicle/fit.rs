@@ -46,6 +46,8 @@ pub(crate) struct Fit {
     pub drag_n_per_mps2: f32,
     /// What its driven wheels push it with at full throttle, over its mass.
     pub start_mps2: f32,
+    /// The tightest bend that its middle can follow; endless for who leans.
+    pub bend_per_m_max: f32,
 }
 
 /// One wheel at rest on level ground.
@@ -119,11 +121,23 @@ impl Fit {
             understeer_rad_per_mps2: softness / GRAVITY_MPS2,
             drag_n_per_mps2: 0.5 * AIR_KG_PER_M3 * drag_area_m2,
             start_mps2: 0.0,
+            bend_per_m_max: f32::INFINITY,
             physics,
         };
         fit.tyre_damping_share = fit.tyre_damping_share();
         fit.start_mps2 = fit.start_mps2();
+        fit.bend_per_m_max = fit.bend_per_m_max();
         fit
+    }
+
+    fn bend_per_m_max(&self) -> f32 {
+        if self.model.is_two_wheeler() {
+            return f32::INFINITY;
+        }
+        let lock_rad = super::steering::wanted_rad(self, 1.0, 0.0);
+        let rear_m = self.wheelbase_m / ComplexField::tan(lock_rad).max(1.0e-3);
+        let half_m = self.wheelbase_m / 2.0;
+        1.0 / (rear_m * rear_m + half_m * half_m).sqrt().max(0.1)
     }
 
     /// Keeps the damping within what a substep can follow.
