@@ -2,6 +2,7 @@
 
 mod change;
 mod courtesy;
+mod jam;
 mod lines;
 mod traits;
 
@@ -74,6 +75,8 @@ pub struct Agent {
     between_secs: f32,
     /// Until it may make way again.
     calm_secs: f32,
+    /// How long it has been standing in a circle of those who wait for each other.
+    jammed_secs: f32,
 }
 
 /// No way leads from one place to the next.
@@ -102,6 +105,7 @@ impl Agent {
             waited_secs: 0.0,
             between_secs: 0.0,
             calm_secs: 0.0,
+            jammed_secs: 0.0,
         }
     }
 
@@ -144,6 +148,7 @@ impl Agent {
             && self.target_m.iter().all(|value| value.is_finite())
             && [self.stood_secs, self.waited_secs, self.between_secs, self.calm_secs]
                 .iter()
+                .chain([&self.jammed_secs])
                 .all(|secs| secs.is_finite())
             && self.steer.is_finite()
             && self.longitudinal.is_finite()
@@ -238,14 +243,10 @@ impl Agent {
             return self.brake(1.0);
         }
         let hill_mps2 = view.hill_mps2();
-        let traits = Traits::of(&self.options, view.grip);
+        let traits = self.traits(view.grip);
         self.make_way(senses, &traits, speed_mps);
         let taken = self.await_room(senses, speed_mps);
-        let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(self.path.length_m());
-        let reach_m = (reach_m / SPACING_M).ceil() * SPACING_M;
-        if let Some(target) = self.path.at(senses.network, reach_m) {
-            self.target_m = target.point.point_m;
-        }
+        self.aim(senses, speed_mps);
         let steer = steering::along(&self.path, senses.network, view);
         self.steer = steer;
         let look_m = traits.horizon_m(speed_mps);
@@ -257,10 +258,16 @@ impl Agent {
             false => senses.scene.queue(&points, &room),
         };
         let ahead = queue.first();
+        self.note_jam(senses, claims, (speed_mps, ahead));
         let lines = Lines { taken, ..self.lines(senses, &traits, look_m, speed_mps) };
         let stop_m = self.junction(senses, claims, (ahead, &queue), &lines, (look_m, speed_mps));
         let stop_m = stop_m.min(lines.people_stop_m(senses.body.half_m.x));
-        let stop_m = stop_m.min(self.end_m(senses, look_m));
+        let end_m = self.end_m(senses, look_m);
+        if speed_mps < STANDING_MPS && self.is_kept_from_end(senses, end_m) {
+            self.status = AgentStatus::Arrived;
+            return self.brake(1.0);
+        }
+        let stop_m = stop_m.min(end_m);
         if lines.stops_here {
             return VehicleControl { steer, ..self.brake(traits.brake) };
         }
@@ -290,6 +297,15 @@ impl Agent {
         let error_mps = target_mps - speed_mps;
         let (throttle, brake) = self.longitudinal.pedals(error_mps, hill_mps2, senses.dt_secs);
         VehicleControl { throttle, steer, brake, ..VehicleControl::default() }
+    }
+
+    /// Notes the place ahead that it drives for.
+    fn aim(&mut self, senses: &Senses<'_>, speed_mps: f32) {
+        let reach_m = (TARGET_M + TARGET_SECS * speed_mps.max(0.0)).min(self.path.length_m());
+        let reach_m = (reach_m / SPACING_M).ceil() * SPACING_M;
+        if let Some(target) = self.path.at(senses.network, reach_m) {
+            self.target_m = target.point.point_m;
+        }
     }
 
     /// How far it may drive where no way leads on, or somebody stands beyond the end of its route.

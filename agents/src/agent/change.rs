@@ -2,7 +2,6 @@
 
 use schemas::ActorId;
 
-use super::traits::Traits;
 use super::{Agent, EASY_MPS2, SPACING_M, STANDING_MPS, room};
 use crate::beside::{Neighbour, ROOM_M, SAFE_MPS2, neighbours};
 use crate::network::{Network, Place};
@@ -46,7 +45,7 @@ impl Agent {
         let speed_mps = speed_mps.max(0.0);
         let look_m = LOOK_M + LOOK_SECS * speed_mps;
         let stopping_m = speed_mps * speed_mps / (2.0 * EASY_MPS2 * senses.view.grip);
-        let ahead_m = Traits::of(&self.options, senses.view.grip).emergency_m.max(ROOM_M);
+        let ahead_m = self.traits(senses.view.grip).emergency_m.max(ROOM_M);
         // Who stands may do so before somebody on the lane beside.
         let look_m = if speed_mps < STANDING_MPS { look_m + ahead_m } else { look_m };
         let near = -BEGUN_M..look_m + stopping_m;

@@ -14,6 +14,9 @@ use crate::senses::Senses;
 const STOP_SECS: f32 = 1.0;
 /// Room that is left to whoever stands beyond the end of a route.
 const BEYOND_END_M: f32 = 1.0;
+/// Who is kept from the end of its route and has so little way left before whoever stands beyond it
+/// has arrived.
+const KEPT_M: f32 = 0.5;
 /// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
 const AT_LINE_M: f32 = 4.0;
 
@@ -62,7 +65,7 @@ impl Agent {
         let beside_m = lines.taken.map(|taken| taken.stop_m + front_m + BEFORE_LINE_M);
         let all_m = [lines.held_m, lines.people_m, beside_m].into_iter().flatten();
         let line_m = all_m.reduce(f32::min);
-        let rest_m = Traits::of(&self.options, grip).rest_m();
+        let rest_m = self.traits(grip).rest_m();
         let approach = Approach {
             senses,
             path,
@@ -100,6 +103,13 @@ impl Agent {
         path.sample(senses.network, look_m + more_m, SPACING_M, &mut points);
         let ahead = senses.scene.ahead(&points, &room(senses));
         ahead.map_or(f32::INFINITY, |ahead| (ahead.gap_m - BEYOND_END_M).max(0.0))
+    }
+
+    /// Whether its front is as near to whoever stands beyond the end of its route as it may be: that
+    /// one may be in a queue that waits for it.
+    pub(super) fn is_kept_from_end(&self, senses: &Senses<'_>, beyond_m: f32) -> bool {
+        let is_near = self.path.length_m() < senses.body.half_m.x + BEYOND_END_M + KEPT_M;
+        self.status == AgentStatus::OnRoute && beyond_m < KEPT_M && is_near
     }
 
     /// Whether a red light or a stop sign is near, and the first one that holds it.
@@ -232,6 +242,11 @@ mod tests {
             let free_m = agent.beyond_end_m(&senses, 20.0);
             let alike = wanted_m.map_or(free_m.is_infinite(), |m| (free_m - m).abs() < 0.3);
             assert!(alike, "{other_m} m: {free_m} m of {wanted_m:?}");
+            // Who stands so near to the other one as it may has arrived, though its middle has not.
+            let mut near = agent.clone();
+            near.path.go(3.2);
+            assert!(near.is_kept_from_end(&senses, 0.2) && !near.is_kept_from_end(&senses, 2.0));
+            assert!(!agent.is_kept_from_end(&senses, 0.2), "far from its end");
         }
     }
 

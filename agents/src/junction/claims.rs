@@ -209,6 +209,12 @@ impl Claims {
         false
     }
 
+    /// Whether somebody is of a circle of those who each wait at rest for the next one.
+    pub(crate) fn is_in_circle(&self, id: ActorId) -> bool {
+        let next = |at: &ActorId| self.waits.get(at).map(|wait| wait.whom);
+        std::iter::successors(next(&id), next).take(CIRCLE_MAX).any(|at| at == id)
+    }
+
     /// Whether somebody waits until another one has driven on: as that one is in its way, or, where
     /// the other leads a circle, for whatever reason.
     fn waits_for(&self, id: ActorId, other: &Asker) -> bool {

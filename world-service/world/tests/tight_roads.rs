@@ -1,8 +1,9 @@
-//! Drivers where there is little room: in bends tighter than they turn.
+//! Drivers where there is little room: on a ring that is full, and in bends tighter than they turn.
 #![allow(clippy::unwrap_used, reason = "helpers fail the test that calls them")]
 
 mod common;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use common::*;
@@ -60,6 +61,41 @@ fn hand_over(world: &mut World, actor: ActorId) {
     let keep_route = false;
     world.apply(&Command::Agent(AgentCommand::Set { actor, options, keep_route })).unwrap();
     world.apply(&Command::Agent(AgentCommand::Drive { actor, on: true })).unwrap();
+}
+
+/// Twelve cars at rest on a ring, each nearer to the next one than agents drive up to.
+#[test]
+fn agents_that_fill_a_ring_close_up_and_go_around() {
+    const GAP_M: f64 = 4.5;
+    let length_m = f64::from(
+        2.0 * {
+            let mut world = world();
+            let car = car(&mut world, 0.0, 0.0);
+            state(&world, car).box_half_extent_m.x
+        },
+    );
+    let around_m = 12.0 * (length_m + GAP_M);
+    let radius_m = around_m / TAU - WIDTH_M / 2.0;
+    let map = roads(&[&[(TAU * radius_m, 1.0 / radius_m)]], true);
+    let mut world = world_on(Arc::new(Town::new(map)), 0.05);
+    let cars = (0..12).map(|number| {
+        let turn = TAU * f64::from(number) / 12.0;
+        let away_m = radius_m + WIDTH_M / 2.0;
+        let at_m =
+            Vec3::new((away_m * turn.sin()) as f32, (radius_m - away_m * turn.cos()) as f32, 0.2);
+        spawn_at(&mut world, "vehicle.lincoln.mkz", level_pose(at_m, turn as f32), 0.0)
+    });
+    let cars: Vec<ActorId> = cars.collect();
+    cars.iter().for_each(|car| hand_over(&mut world, *car));
+    run(&mut world, 180);
+    assert!(cars.iter().all(|car| speed_mps(&world, *car) < 0.1), "they keep their distance");
+    let (mut driven_m, mut hits) = (0.0, 0);
+    for _ in 0..1_200 {
+        hits += run(&mut world, 1).len();
+        driven_m += cars.iter().map(|car| 0.05 * speed_mps(&world, *car)).sum::<f32>();
+    }
+    assert_eq!(hits, 0);
+    assert!(driven_m > 12.0 * 10.0, "{driven_m} m by all of them in a minute");
 }
 
 /// How far the middle of a lorry, which turns about 5 m, comes beside that of its lane where this

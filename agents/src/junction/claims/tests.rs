@@ -287,3 +287,20 @@ fn of_equals_who_comes_from_the_right_goes_first() {
         assert_eq!(claims.grant(&network, &right, &asker(2, 1)), Ok(()));
     }
 }
+
+#[test]
+fn a_circle_is_of_those_who_wait_for_each_other_and_not_of_those_behind_it() {
+    let mut claims = Claims::default();
+    for (number, held) in [
+        (1, Held::Behind(id(2))),
+        (2, Held::Room(id(3))),
+        (3, Held::Beside(id(1))),
+        (4, Held::Behind(id(3))),
+        (5, Held::Behind(id(6))),
+        (6, Held::Line),
+    ] {
+        claims.wait(id(number), held);
+    }
+    let found = [1, 2, 3, 4, 5, 6].map(|number| claims.is_in_circle(id(number)));
+    assert_eq!(found, [true, true, true, false, false, false]);
+}
