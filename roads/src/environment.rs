@@ -7,7 +7,6 @@ use schemas::SemanticTag;
 
 use crate::crosswalks::corners;
 use crate::labels::{MapLayer, SceneryKind, of_object};
-use crate::landmarks::Landmark;
 use crate::lanes::lateral_point;
 use crate::model::{Object, Road};
 use crate::post::Post;
@@ -69,9 +68,10 @@ fn id(origin: Origin, road: u32, position: usize) -> u64 {
     (origin as u64) << 56 | u64::from(road) << 24 | (position as u64 & 0x00ff_ffff)
 }
 
-/// A post, with its signal.
+/// A post, with the id and the road of its signal.
 pub(crate) struct Standing<'m> {
-    pub(crate) landmark: &'m Landmark,
+    pub(crate) signal: &'m str,
+    pub(crate) road: u32,
     /// Its place among the things that can be hidden, and that of what it carries.
     pub(crate) places: [u32; 2],
     pub(crate) post: &'m Post,
@@ -87,7 +87,7 @@ pub(crate) fn list<'m>(
     let posts: Vec<Standing<'_>> = posts.collect();
     let (far_side, near): (Vec<_>, Vec<_>) = posts.iter().partition(|one| one.post.is_far_side);
     let post_of: BTreeMap<&str, [u32; 2]> =
-        near.iter().map(|one| (one.landmark.id.as_str(), one.places)).collect();
+        near.iter().map(|one| (one.signal, one.places)).collect();
     let mut found = Vec::new();
     let mut scenery_count = 0;
     for (road, objects) in roads {
@@ -242,8 +242,8 @@ fn sign(
 fn far_side_light(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
     let [height_m, half_m] = LIGHT_M;
     EnvironmentObject {
-        id: id(Origin::FarSide, standing.landmark.road, position),
-        name: format!("TrafficLight_{}_far", standing.landmark.id),
+        id: id(Origin::FarSide, standing.road, position),
+        name: format!("TrafficLight_{}_far", standing.signal),
         label: SemanticTag::TrafficLight,
         place: Some(standing.places[1]),
         ..upright(standing, half_m, height_m)
@@ -252,11 +252,11 @@ fn far_side_light(standing: &Standing<'_>, position: usize) -> EnvironmentObject
 
 /// The post of a light or sign from its foot to its top.
 fn pole(standing: &Standing<'_>, position: usize) -> EnvironmentObject {
-    let Standing { landmark, post, .. } = standing;
+    let Standing { signal, road, post, .. } = *standing;
     let far = if post.is_far_side { "_far" } else { "" };
     EnvironmentObject {
-        id: id(Origin::Post, landmark.road, position),
-        name: format!("Pole_{}{far}", landmark.id),
+        id: id(Origin::Post, road, position),
+        name: format!("Pole_{signal}{far}"),
         ..upright(standing, post.radius_m, post.top_m)
     }
 }

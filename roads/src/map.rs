@@ -334,8 +334,7 @@ impl Map {
     /// Everything that is part of the map and not an actor: scenery, signals, ground and paint,
     /// with CARLA's labels and layers.
     ///
-    /// **Order:** by id. **Determinism:** the same text gives the same list. **Cost:** made on the
-    /// first call.
+    /// **Order:** by id. **Determinism:** the same text gives the same list. **Cost:** made once.
     #[must_use]
     pub fn environment_objects(&self) -> &[EnvironmentObject] {
         let signals = || self.model.signals.definitions.iter();
@@ -346,7 +345,8 @@ impl Map {
             let posts = self.posts_with_places().filter_map(|(place, post)| {
                 let landmark = self.landmarks().get(post.landmark)?;
                 let places = [place, self.carried_place(place)];
-                Some(environment::Standing { landmark, places, post })
+                let (signal, road) = (landmark.id.as_str(), landmark.road);
+                Some(environment::Standing { signal, road, places, post })
             });
             environment::list(self.roads_with_objects(), posed(), posts)
         };

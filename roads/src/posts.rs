@@ -47,6 +47,12 @@ impl Map {
         (first..).zip(self.posts())
     }
 
+    /// How many things can be hidden: scenery, posts and what these carry.
+    #[must_use]
+    pub fn place_count(&self) -> usize {
+        self.scenery().len() + 2 * self.posts().len()
+    }
+
     /// The place among them of what a post carries: they come after those of the posts.
     #[must_use]
     pub fn carried_place(&self, post: u32) -> u32 {

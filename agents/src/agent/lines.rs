@@ -105,8 +105,8 @@ impl Agent {
         ahead.map_or(f32::INFINITY, |ahead| (ahead.gap_m - BEYOND_END_M).max(0.0))
     }
 
-    /// Whether its front is as near to whoever stands beyond the end of its route as it may be: that
-    /// one may be in a queue that waits for it.
+    /// Whether its front is as near to whoever stands beyond the end of its route as it may be:
+    /// that one may be in a queue that waits for it.
     pub(super) fn is_kept_from_end(&self, senses: &Senses<'_>, beyond_m: f32) -> bool {
         let is_near = self.path.length_m() < senses.body.half_m.x + BEYOND_END_M + KEPT_M;
         self.status == AgentStatus::OnRoute && beyond_m < KEPT_M && is_near

@@ -193,7 +193,7 @@ fn is_of_town(hidden: &HiddenScenery, town: &Town) -> bool {
             && object.scenery.is_some_and(|place| !hidden.contains(place))
     };
     let objects = || town.roads.environment_objects().iter();
-    hidden.places_end() <= town.roads.scenery().len() + town.roads.posts().len()
+    hidden.places_end() <= town.roads.place_count()
         && hidden.layers & !MapLayer::ALL == 0
         && (hidden.layers == 0 || !objects().any(is_shown))
 }
