@@ -1,4 +1,5 @@
 //! Things in the street have colours.
+#![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 use std::collections::BTreeSet;
 
