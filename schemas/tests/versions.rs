@@ -1,4 +1,4 @@
-//! Services of two versions understand each other: fields that came later are left out or not known.
+//! Services of two versions understand each other: later fields are left out or not known.
 #![allow(clippy::unwrap_used, reason = "a panic is a failed test")]
 
 mod sample;

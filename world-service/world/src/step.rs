@@ -222,8 +222,10 @@ impl State {
                 outline: &outline,
                 speed_mps: motion.linear_mps.norm(),
                 lights,
+                network: &|| town.network(),
             };
-            vehicle.rules.update(town, self.first_actor, &passing, &mut near, self.dt_secs);
+            let signals = (&town.traffic, self.first_actor);
+            vehicle.rules.update(&town.roads, signals, &passing, &mut near, self.dt_secs);
         }
     }
 

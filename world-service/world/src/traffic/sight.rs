@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::red::{Line, Seen};
 use super::{Lights, TrafficPlan};
 use crate::overlap::OrientedBox;
-use crate::town::Town;
 
 /// How long a stop sign holds who comes to it, in seconds. **Source:** CARLA's server.
 const STOP_SECS: f32 = 2.0;
@@ -76,8 +75,10 @@ pub struct Broken {
 }
 
 /// Where a vehicle is and how fast, and what the lights show.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct Passing<'a> {
+    /// The ways of the town, made when somebody asks first.
+    pub network: &'a dyn Fn() -> &'a Network,
     pub id: ActorId,
     pub world_from_vehicle: &'a Pose,
     pub outline: &'a OrientedBox,
@@ -174,13 +175,13 @@ impl RoadRules {
     /// - **Cost:** logarithmic in the size of the map; a microsecond or two.
     pub(crate) fn update(
         &mut self,
-        town: &Town,
-        first_actor: ActorId,
+        map: &Map,
+        (plan, first_actor): (&TrafficPlan, ActorId),
         passing: &Passing<'_>,
         near: &mut Vec<u32>,
         dt_secs: f64,
     ) {
-        let (before, plan) = (*self, &town.traffic);
+        let before = *self;
         let stands = |position: usize| passing.lights.stands(position);
         let holder = plan.holder_at(passing.outline, stands, near);
         let id_of = |position: usize| first_actor.plus(position as u32);
@@ -205,20 +206,20 @@ impl RoadRules {
         let light = holder.filter(|at| *at < plan.light_count());
         let line = light.map(|light| {
             let all = match plan.is_beside_others(light) {
-                true => town.network().sharing(light as u32),
+                true => (passing.network)().sharing(light as u32),
                 false => &[],
             };
             Line { light: light as u32, all, is_red: &is_red }
         });
         self.judge((&before, is_stop(sign_before)), line, passing.speed_mps);
         if self.seen.is_unclear() {
-            let runs = self.seen.runs(town.network(), passing.outline.front());
+            let runs = self.seen.runs((passing.network)(), passing.outline.front());
             self.broken.red_lights += u32::from(runs);
         }
         let at_m = passing.world_from_vehicle.translation.vector;
         // Who stands where it looked need not look again.
         if self.looked.is_none_or(|looked| looked.at_m != at_m) {
-            self.find_limit(&town.roads, at_m);
+            self.find_limit(map, at_m);
         }
     }
 
