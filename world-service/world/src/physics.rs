@@ -11,6 +11,7 @@ mod fault;
 mod near_pairs;
 mod put;
 mod shapes;
+mod sweep;
 mod switch;
 mod touch;
 mod workspace;
@@ -196,17 +197,19 @@ impl Physics {
     fn insert_body(
         &mut self,
         mut body: RigidBody,
-        shapes: impl IntoIterator<Item = (SharedShape, Pose)>,
+        shapes: impl AsRef<[(SharedShape, Pose)]>,
         groups: InteractionGroups,
         id: ActorId,
     ) -> BodyHandle {
+        let shapes = shapes.as_ref();
+        sweep::note_width(&mut body, shapes);
         let activation = body.activation_mut();
         activation.normalized_linear_threshold = SLEEP_MPS;
         activation.time_until_sleep = SLEEP_SECS;
         let handle = self.bodies.insert(body);
         for (shape, body_from_shape) in shapes {
-            let collider = ColliderBuilder::new(shape)
-                .position(pose_to_rapier(&body_from_shape))
+            let collider = ColliderBuilder::new(shape.clone())
+                .position(pose_to_rapier(body_from_shape))
                 .density(0.0)
                 .friction(BODY_FRICTION)
                 .restitution(BODY_RESTITUTION)
@@ -353,8 +356,7 @@ impl Physics {
     pub(crate) fn step(&mut self, dt_secs: f32) -> Vec<Fault> {
         let parameters = IntegrationParameters {
             dt: dt_secs,
-            // Keeps fast bodies from passing through what is thinner than their way in a substep.
-            max_ccd_substeps: 1,
+            max_ccd_substeps: self.sweeps(dt_secs),
             num_solver_iterations: SOLVER_ITERATIONS,
             ..IntegrationParameters::default()
         };

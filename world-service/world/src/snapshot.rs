@@ -23,7 +23,7 @@ use crate::world::{State, World};
 /// "CWSN".
 const MAGIC: [u8; 4] = *b"CWSN";
 /// Grows with every change of the state, of the blueprints or of the physics engine.
-const VERSION: u32 = 25;
+const VERSION: u32 = 26;
 /// Magic, version and checksum.
 const HEADER_BYTES: usize = 16;
 /// About what a world and each of its actors take, rather more than less.
