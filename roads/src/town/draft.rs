@@ -105,13 +105,21 @@ impl Cubic {
     }
 
     /// From value to value over a length, level at both.
-    pub(super) fn smooth(start_s: f64, length_m: f64, [from, to]: [f64; 2]) -> Self {
+    pub(super) fn smooth(start_s: f64, length_m: f64, ends: [f64; 2]) -> Self {
+        Self::sloped(start_s, length_m, ends, [0.0; 2])
+    }
+
+    /// From value to value over a length, with these slopes at both.
+    pub(super) fn sloped(
+        start_s: f64,
+        length_m: f64,
+        [from, to]: [f64; 2],
+        [first, last]: [f64; 2],
+    ) -> Self {
         let rise = to - from;
-        if rise == 0.0 {
-            return Self::flat(start_s, from);
-        }
-        let (c, d) = (3.0 * rise / length_m.powi(2), -2.0 * rise / length_m.powi(3));
-        Self { start_s, abcd: [from, 0.0, c, d] }
+        let c = 3.0 * rise / length_m.powi(2) - (2.0 * first + last) / length_m;
+        let d = -2.0 * rise / length_m.powi(3) + (first + last) / length_m.powi(2);
+        Self { start_s, abcd: [from, first, c, d] }
     }
 
     pub(super) fn value(&self, s: f64) -> f64 {

@@ -74,6 +74,8 @@ pub(super) struct Street {
     pub(super) profile: Profile,
     /// Heights on the way: share of the length, metres.
     pub(super) heights: Vec<[f64; 2]>,
+    /// Whether it climbs on at these heights, and not only where it goes up or down between them.
+    pub(super) climbs_on: bool,
     pub(super) beside: Beside,
 }
 
@@ -230,6 +232,7 @@ impl Plan {
             bends: bends.to_vec(),
             profile,
             heights: Vec::new(),
+            climbs_on: false,
             beside: self.beside,
         });
         &mut self.streets[index]

@@ -153,6 +153,12 @@ impl Profile {
         Self { left, right: Side { extra: Some(extra), ..self.right }, ..self }
     }
 
+    /// With other lanes on the left.
+    pub(super) const fn with_left(self, driving: i32, edge: Edge) -> Self {
+        let left = Some(Side { median_m: 0.0, driving, extra: None, edge });
+        Self { left, ..self }
+    }
+
     /// With a strip between both directions, of this width in metres.
     pub(super) const fn divided(self, width_m: f64) -> Self {
         let median_m = width_m / 2.0;

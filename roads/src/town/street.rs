@@ -116,7 +116,7 @@ fn side(profile: Profile, sign: i32, shares: &[Cubic], goes_on: [bool; 2]) -> Ve
         .collect()
 }
 
-/// Smooth cubics from height to height, level at each of them.
+/// Smooth cubics from height to height, level at both ends.
 fn rises(plan: &Plan, street: &Street, length_m: f64) -> Vec<Cubic> {
     let mut points = vec![[0.0, plan.height_m(street.from.node)]];
     points.extend(street.heights.iter().map(|[share, height_m]| [share * length_m, *height_m]));
@@ -124,11 +124,29 @@ fn rises(plan: &Plan, street: &Street, length_m: f64) -> Vec<Cubic> {
     if points.iter().all(|[_, height_m]| (height_m - points[0][1]).abs() < LEVEL_M) {
         return vec![Cubic::flat(0.0, points[0][1])];
     }
+    let slopes = if street.climbs_on { slopes(&points) } else { vec![0.0; points.len()] };
     points
         .windows(2)
-        .filter_map(|pair| {
-            let [[from_s, from_m], [to_s, to_m]] = pair else { return None };
-            Some(Cubic::smooth(*from_s, to_s - from_s, [*from_m, *to_m]))
+        .zip(slopes.windows(2))
+        .filter_map(|(points, slopes)| {
+            let [[from_s, from_m], [to_s, to_m]] = *points else { return None };
+            let [first, last] = *slopes else { return None };
+            Some(Cubic::sloped(from_s, to_s - from_s, [from_m, to_m], [first, last]))
         })
         .collect()
+}
+
+/// The slope at each point: the harmonic mean of those before and behind it where both climb or
+/// both fall, so that no cubic leaves the heights of its ends; else level.
+fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
+    let slope = |pair: &[[f64; 2]]| match *pair {
+        [[from_s, from_m], [to_s, to_m]] => (to_m - from_m) / (to_s - from_s),
+        _ => 0.0,
+    };
+    let between: Vec<f64> = points.windows(2).map(slope).collect();
+    let inner = between.windows(2).map(|pair| match *pair {
+        [before, behind] if before * behind > 0.0 => 2.0 * before * behind / (before + behind),
+        _ => 0.0,
+    });
+    [0.0].into_iter().chain(inner).chain([0.0]).collect()
 }

@@ -1,108 +1,254 @@
-//! Town07: country roads over hills, with stop and yield signs, and a hamlet.
+//! Town07: a village between farm tracks, with a ring of country roads around both that leads over
+//! two hills, stop and yield signs, and few lights. Its streets lie where CARLA's do, so that places
+//! that programs name by coordinates are on the road.
 
-use super::course::{Bend, distance_m};
-use super::plan::{Beside, Control, EAST, NORTH, Plan, SOUTH, WEST};
+use super::course::{Bend, Pose, direction};
+use super::plan::{Beside, Control, End, Plan};
 use super::profile::{Edge, Profile};
 
-const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 40);
-const VILLAGE: Profile = Profile::street(1, 30);
-/// Roads turn with this radius where there is room, in metres.
-const RADIUS_M: f64 = 45.0;
+type Place = [f64; 2];
 
-/// Junctions row by row from the south, west to east: place and height in metres. Those at the
-/// corners of the map are bends.
-const PLACES: [[[f64; 3]; 4]; 3] = [
-    [[-270., -190., 0.], [-105., -170., 3.], [90., -205., 0.], [260., -200., 0.]],
-    [[-290., 10., 5.], [-95., -20., 0.], [85., 25., 2.], [250., -15., 6.]],
-    [[-280., 180., 0.], [-80., 160., 6.], [100., 190., 1.], [255., 185., 0.]],
-];
+/// Straight roads, and those around narrow bends.
+const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 40);
+const WINDING: Profile = Profile::two_way(1, Edge::Verge, 30);
+const VILLAGE: Profile = Profile::street(1, 30);
+/// Around the village: who drives along the reference line has it to the right.
+const OUTER: Profile = VILLAGE.with_left(1, Edge::Verge);
+/// Traffic to the village has a lane more, which turns right.
+const OUTER_WIDER: Profile = VILLAGE.with_left(2, Edge::Verge);
+/// Roads of one direction: past the village's square, and around the island at the end of a track.
+const SQUARE: Profile = Profile::one_way(1, Edge::Sidewalk, 30);
+const ISLAND: Profile = Profile::one_way(1, Edge::Verge, 30);
+
+/// Junctions of the ring, clockwise from its south-west, ...
+const WEST_LOWER: Place = [-201.0, -49.9];
+const WEST_MIDDLE: Place = [-200.3, 35.4];
+const WEST_UPPER: Place = [-199.9, 161.3];
+const NORTH: Place = [-1.5, 240.5];
+const EAST_UPPER: Place = [68.0, 1.5];
+const EAST_LOWER: Place = [67.5, -60.5];
+const SOUTH: Place = [-109.3, -117.1];
+/// ... of the farm tracks, ...
+const TRACK_LOWER: Place = [-151.3, -50.4];
+const TRACK_MIDDLE: Place = [-150.3, 35.0];
+const ISLAND_SOUTH: Place = [-149.6, 88.0];
+const ISLAND_EAST: Place = [-140.5, 99.0];
+/// ... around the village, clockwise from its south-west, ...
+const SOUTH_WEST: Place = [-101.7, -52.7];
+const MAIN_WEST: Place = [-101.0, 0.6];
+const FARM_WEST: Place = [-100.8, 34.6];
+const MIDDLE_WEST: Place = [-100.7, 63.5];
+const UPPER_WEST: Place = [-101.0, 95.5];
+const UPPER_SLANT: Place = [-87.0, 111.0];
+const NORTH_SLANT: Place = [-71.1, 160.1];
+const NORTH_EAST: Place = [-2.4, 159.4];
+const UPPER_EAST: Place = [-2.8, 107.2];
+const MIDDLE_EAST: Place = [-3.2, 64.4];
+const MAIN_EAST: Place = [-3.7, 1.6];
+const SOUTH_EAST: Place = [-4.2, -60.2];
+/// ... at both ends of the road past the square, and where the main street gets wider.
+const SQUARE_WEST: Place = [-68.3, 107.3];
+const SQUARE_EAST: Place = [-25.5, 107.2];
+const MAIN_WIDER: Place = [25.0, 1.8];
+
+/// An end of a street: the junction, and where the street begins if not on a line through the
+/// junction's middle.
+type Start = (Place, Option<Place>);
+/// A street past rounded corners.
+type Way = (Start, &'static [Bend], Start, Profile);
+
+const fn bend(x: f64, y: f64, radius_m: f64) -> Bend {
+    Bend { at: [x, y], radius_m }
+}
+
+/// Heights on the way over the two hills of the ring: share of the length, metres.
+const NORTH_HILL: [[f64; 2]; 6] =
+    [[0.088, 1.5], [0.297, 6.3], [0.346, 6.9], [0.403, 6.2], [0.6, 1.6], [0.725, 0.0]];
+const EAST_HILL: [[f64; 2]; 5] =
+    [[0.102, 1.25], [0.453, 8.6], [0.512, 9.2], [0.57, 8.6], [0.898, 1.5]];
 
 pub(super) fn plan() -> Plan {
-    let mut plan = Plan::new(Control::Stop, Beside::Trees);
-    for (row, places) in PLACES.iter().enumerate() {
-        for (column, [x, y, height_m]) in places.iter().enumerate() {
-            if is_bend(row, column) {
-                continue;
+    let mut plan = Plan::new(Control::Yield, Beside::Trees);
+    add_controls(&mut plan);
+    for ways in [&RING[..], &TRACKS, &STREETS] {
+        for (from, bends, to, profile) in ways {
+            let first = bends.first().map_or(to.1.unwrap_or(to.0), |bend| bend.at);
+            let last = bends.last().map_or(from.1.unwrap_or(from.0), |bend| bend.at);
+            let ends = [(from, first), (to, last)].map(|(start, next)| end(&mut plan, start, next));
+            let street = plan.connect(ends[0], ends[1], bends, *profile);
+            if profile.right.edge == Edge::Sidewalk {
+                street.beside = Beside::Houses { storeys: [1.0, 3.0] };
             }
-            let control = match (row, column) {
-                (1, 1) => Control::AllStop,
-                (1, _) => Control::Stop,
-                _ => Control::Yield,
+            street.heights = match (from.0, to.0) {
+                (NORTH, WEST_UPPER) => NORTH_HILL.to_vec(),
+                (EAST_UPPER, NORTH) => EAST_HILL.to_vec(),
+                _ => Vec::new(),
             };
-            plan.node_with([*x, *y], control);
-            plan.raise([*x, *y], *height_m);
+            street.climbs_on = true;
         }
     }
-    for row in 0..3 {
-        for column in 0..3 {
-            if row == 1 || column == 1 {
-                let ends = [at(row, column), at(row, column + 1)];
-                let profile = if (row, column) == (1, 1) { VILLAGE } else { COUNTRY };
-                wind(&mut plan, ends, [EAST, WEST], profile);
-            }
-        }
-    }
-    for row in 0..2 {
-        for column in 1..3 {
-            wind(&mut plan, [at(row, column), at(row + 1, column)], [NORTH, SOUTH], COUNTRY);
-        }
-    }
-    add_corners(&mut plan);
     plan
 }
 
-fn is_bend(row: usize, column: usize) -> bool {
-    row != 1 && (column == 0 || column == 3)
-}
-
-fn at(row: usize, column: usize) -> [f64; 2] {
-    let [x, y, _] = PLACES[row][column];
-    [x, y]
-}
-
-/// A road that leaves both junctions along the grid and slants over between them.
-fn wind(plan: &mut Plan, [from, to]: [[f64; 2]; 2], leaving_rad: [f64; 2], profile: Profile) {
-    let eastward = leaving_rad[0] == EAST;
-    let [along, across] = if eastward { [0, 1] } else { [1, 0] };
-    let aside_m = to[across] - from[across];
-    let middle = (from[along] + to[along]) / 2.0;
-    let slant_m = aside_m.abs().max(20.0) / 2.0;
-    let place = |along_m: f64, across_m: f64| {
-        if eastward { [along_m, across_m] } else { [across_m, along_m] }
-    };
-    let (first, second) =
-        (place(middle - slant_m, from[across]), place(middle + slant_m, to[across]));
-    // Both corners turn by at most 45 degrees; their tangents share the slant.
-    let radius_m = RADIUS_M.min(distance_m(first, second));
-    let bends = [first, second].map(|at| Bend { at, radius_m });
-    let ends = (plan.node(from), plan.node(to));
-    let street = plan.connect((ends.0, leaving_rad[0]), (ends.1, leaving_rad[1]), &bends, profile);
-    if profile == VILLAGE {
-        street.beside = Beside::Houses { storeys: [1.0, 3.0] };
+/// Who may go first where CARLA's town has lights, and stop signs for all. Where it has yield signs
+/// for all, the straight road goes first.
+fn add_controls(plan: &mut Plan) {
+    for at in [SOUTH_WEST, EAST_LOWER, EAST_UPPER, MAIN_EAST, NORTH] {
+        plan.node_with(at, Control::Lights);
     }
+    for at in [WEST_LOWER, WEST_MIDDLE, TRACK_MIDDLE, FARM_WEST, MIDDLE_EAST, SOUTH_EAST] {
+        plan.node_with(at, Control::AllStop);
+    }
+    plan.node_with(TRACK_LOWER, Control::Stop);
+    plan.node_with(MAIN_WIDER, Control::Free);
 }
 
-fn add_corners(plan: &mut Plan) {
-    let corners = [
-        ((1, 0), (2, 0), (2, 1), [NORTH, WEST]),
-        ((2, 2), (2, 3), (1, 3), [EAST, NORTH]),
-        ((1, 3), (0, 3), (0, 2), [SOUTH, EAST]),
-        ((0, 1), (0, 0), (1, 0), [WEST, SOUTH]),
-    ];
-    for ((r0, c0), (r1, c1), (r2, c2), leaving_rad) in corners {
-        let (from, [bend_x, bend_y], to) = (at(r0, c0), at(r1, c1), at(r2, c2));
-        let ends = (plan.node(from), plan.node(to));
-        // The roads leave along the grid and lean towards the corner.
-        let lean = |end: [f64; 2], leaving_rad: f64| {
-            if leaving_rad == EAST || leaving_rad == WEST {
-                [(end[0] + bend_x) / 2.0, end[1]]
-            } else {
-                [end[0], (end[1] + bend_y) / 2.0]
-            }
-        };
-        let bends = [lean(from, leaving_rad[0]), [bend_x, bend_y], lean(to, leaving_rad[1])]
-            .map(|at| Bend { at, radius_m: RADIUS_M });
-        let ends = ((ends.0, leaving_rad[0]), (ends.1, leaving_rad[1]));
-        plan.connect(ends.0, ends.1, &bends, COUNTRY).heights = vec![[0.5, 4.0]];
-    }
+fn end(plan: &mut Plan, (junction, start): &Start, next: Place) -> End {
+    let node = plan.node(*junction);
+    let leaves = |from: Place| direction(from, next);
+    start.map_or_else(
+        || (node, leaves(*junction)).into(),
+        |start| End::at(node, Pose::new(start, leaves(start))),
+    )
 }
+
+const RING: [Way; 9] = [
+    ((SOUTH, None), &[bend(-201.5, -107.0, 9.0)], (WEST_LOWER, None), WINDING),
+    (
+        (WEST_LOWER, None),
+        &[bend(-201.6, -34.9, 170.0), bend(-203.7, -12.4, 173.0), bend(-201.1, 17.5, 250.0)],
+        (WEST_MIDDLE, None),
+        COUNTRY,
+    ),
+    ((WEST_MIDDLE, None), &[bend(-200.0, 48.2, 100.0)], (WEST_UPPER, None), COUNTRY),
+    (
+        (NORTH, Some([-16.0, 242.3])),
+        &[
+            bend(-54.8, 250.2, 32.8),
+            bend(-95.4, 173.5, 32.0),
+            bend(-136.4, 240.8, 44.3),
+            bend(-180.1, 247.8, 18.0),
+            bend(-187.3, 246.0, 22.0),
+            bend(-199.9, 237.9, 17.6),
+        ],
+        (WEST_UPPER, None),
+        WINDING,
+    ),
+    (
+        (EAST_UPPER, Some([70.5, 7.7])),
+        &[
+            bend(81.6, 29.1, 21.4),
+            bend(55.0, 51.1, 30.3),
+            bend(60.5, 87.3, 490.0),
+            bend(68.7, 129.2, 37.4),
+            bend(44.1, 156.9, 52.9),
+            bend(41.8, 198.9, 280.0),
+            bend(36.8, 229.2, 27.9),
+        ],
+        (NORTH, Some([14.8, 238.8])),
+        WINDING,
+    ),
+    (
+        (EAST_UPPER, Some([73.0, -3.6])),
+        &[bend(83.2, -10.9, 25.6), bend(84.8, -47.0, 29.3)],
+        (EAST_LOWER, Some([72.4, -56.4])),
+        OUTER,
+    ),
+    (
+        (EAST_LOWER, Some([70.3, -68.2])),
+        &[
+            bend(74.6, -82.2, 25.0),
+            bend(54.5, -103.6, 75.0),
+            bend(24.8, -117.2, 99.5),
+            bend(-45.5, -124.6, 316.0),
+        ],
+        (SOUTH, None),
+        WINDING,
+    ),
+    ((NORTH, Some([-1.8, 228.6])), &[], (NORTH_EAST, None), COUNTRY),
+    ((WEST_UPPER, None), &[], (NORTH_SLANT, None), COUNTRY),
+];
+
+const TRACKS: [Way; 10] = [
+    ((WEST_LOWER, None), &[], (TRACK_LOWER, None), COUNTRY),
+    ((TRACK_LOWER, None), &[], (SOUTH_WEST, Some([-110.7, -50.7])), COUNTRY),
+    ((WEST_MIDDLE, None), &[], (TRACK_MIDDLE, None), COUNTRY),
+    ((TRACK_MIDDLE, None), &[], (FARM_WEST, None), COUNTRY),
+    ((TRACK_LOWER, None), &[], (TRACK_MIDDLE, None), COUNTRY),
+    ((TRACK_MIDDLE, None), &[], (ISLAND_SOUTH, Some([-149.7, 81.6])), COUNTRY),
+    (
+        (SOUTH_WEST, Some([-102.4, -62.7])),
+        &[bend(-103.4, -74.2, 350.0), bend(-108.0, -105.3, 25.0)],
+        (SOUTH, None),
+        COUNTRY,
+    ),
+    (
+        (UPPER_WEST, Some([-107.4, 99.3])),
+        &[bend(-109.4, 100.1, 9.6)],
+        (ISLAND_EAST, Some([-135.9, 98.7])),
+        WINDING,
+    ),
+    // Their left borders lie around the island.
+    (
+        (ISLAND_SOUTH, Some([-144.7, 91.0])),
+        &[bend(-142.6, 92.6, 8.5)],
+        (ISLAND_EAST, Some([-141.7, 95.2])),
+        ISLAND,
+    ),
+    (
+        (ISLAND_EAST, Some([-143.0, 102.8])),
+        &[bend(-146.5, 107.7, 8.5), bend(-158.1, 104.4, 8.5), bend(-158.9, 92.2, 8.5)],
+        (ISLAND_SOUTH, Some([-153.2, 89.8])),
+        ISLAND,
+    ),
+];
+
+const STREETS: [Way; 21] = [
+    ((SOUTH_WEST, Some([-101.4, -43.7])), &[bend(-101.2, -38.4, 200.0)], (MAIN_WEST, None), OUTER),
+    ((MAIN_WEST, None), &[], (FARM_WEST, None), OUTER),
+    ((FARM_WEST, None), &[], (MIDDLE_WEST, Some([-100.7, 55.1])), OUTER),
+    ((MIDDLE_WEST, Some([-100.6, 72.2])), &[], (UPPER_WEST, Some([-100.6, 86.3])), OUTER),
+    ((UPPER_WEST, Some([-97.2, 99.8])), &[], (UPPER_SLANT, Some([-95.7, 101.6])), OUTER),
+    (
+        (UPPER_SLANT, Some([-84.2, 120.2])),
+        &[bend(-81.9, 125.2, 90.0), bend(-77.4, 139.2, 450.0)],
+        (NORTH_SLANT, None),
+        OUTER,
+    ),
+    ((NORTH_SLANT, None), &[], (NORTH_EAST, None), OUTER),
+    ((NORTH_EAST, None), &[], (UPPER_EAST, None), OUTER),
+    ((UPPER_EAST, None), &[], (MIDDLE_EAST, None), OUTER),
+    ((MIDDLE_EAST, None), &[], (MAIN_EAST, Some([-3.6, 14.2])), OUTER),
+    ((MAIN_EAST, Some([5.5, 1.7])), &[], (MAIN_WIDER, Some([19.0, 1.8])), OUTER_WIDER),
+    (
+        (MAIN_WIDER, Some([31.1, 1.9])),
+        &[bend(34.6, 1.9, 150.0)],
+        (EAST_UPPER, Some([56.9, 1.3])),
+        OUTER,
+    ),
+    (
+        (EAST_LOWER, Some([60.2, -61.9])),
+        &[bend(56.9, -62.6, 27.8), bend(27.4, -61.7, 400.0), bend(19.2, -61.6, 180.0)],
+        (SOUTH_EAST, None),
+        OUTER,
+    ),
+    ((SOUTH_EAST, None), &[], (SOUTH_WEST, Some([-91.2, -55.3])), OUTER),
+    ((SOUTH_EAST, None), &[], (MAIN_EAST, Some([-3.8, -7.6])), VILLAGE),
+    ((MAIN_WEST, None), &[], (MAIN_EAST, Some([-12.2, 1.5])), VILLAGE),
+    ((MIDDLE_WEST, Some([-90.8, 63.6])), &[], (MIDDLE_EAST, None), VILLAGE),
+    ((UPPER_SLANT, Some([-76.4, 107.4])), &[], (SQUARE_WEST, Some([-74.2, 107.4])), VILLAGE),
+    ((SQUARE_WEST, Some([-57.8, 107.3])), &[], (SQUARE_EAST, Some([-34.8, 107.3])), VILLAGE),
+    ((SQUARE_EAST, Some([-16.4, 107.2])), &[], (UPPER_EAST, None), VILLAGE),
+    // Its left border.
+    (
+        (SQUARE_WEST, Some([-66.4, 97.6])),
+        &[
+            bend(-65.9, 95.1, 10.5),
+            bend(-61.9, 90.0, 7.8),
+            bend(-30.0, 90.0, 7.4),
+            bend(-25.5, 95.0, 8.7),
+        ],
+        (SQUARE_EAST, Some([-25.5, 98.4])),
+        SQUARE,
+    ),
+];
