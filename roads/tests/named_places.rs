@@ -93,6 +93,23 @@ const TOWN06: [Start; 12] = [
     [-366.2, 172.1, 89.0],
     [668.0, 191.9, 271.0],
 ];
+/// Where LEAD's routes lead along.
+const TOWN07: [Start; 14] = [
+    [-2.3, 35.8, 270.0],
+    [-102.8, 15.2, 90.0],
+    [82.4, 32.1, 89.0],
+    [33.9, -3.6, 180.0],
+    [-130.3, -231.8, 227.0],
+    [-45.8, -88.2, 0.0],
+    [66.0, -128.5, 255.0],
+    [-202.9, 89.5, 91.0],
+    [-156.9, -105.4, 137.0],
+    [31.4, 63.6, 2.0],
+    [-149.2, -1.6, 271.0],
+    [-84.6, -123.7, 114.0],
+    [-36.0, -158.0, 1.0],
+    [-201.5, -195.0, 90.0],
+];
 /// One of an example, then where a route of scenario_runner leads along.
 const TOWN10: [Start; 7] = [
     [-19.4, 69.5, 0.0],
@@ -113,13 +130,14 @@ const SAME_WAY_DEG: f64 = 20.0;
 
 #[test]
 fn vehicles_of_examples_and_routes_begin_on_lanes_that_lead_their_way() {
-    let towns: [(&str, &[Start]); 7] = [
+    let towns: [(&str, &[Start]); 8] = [
         ("Town01", &TOWN01),
         ("Town02", &TOWN02),
         ("Town03", &TOWN03),
         ("Town04", &TOWN04),
         ("Town05", &TOWN05),
         ("Town06", &TOWN06),
+        ("Town07", &TOWN07),
         ("Town10HD", &TOWN10),
     ];
     for (name, starts) in towns {
@@ -139,8 +157,9 @@ fn vehicles_of_examples_and_routes_begin_on_lanes_that_lead_their_way() {
     }
 }
 
-/// Where Bench2Drive's routes put actors on slopes: town, then x, y and z as CARLA counts them.
-const HIGH: [(&str, [f64; 3]); 11] = [
+/// Where Bench2Drive's routes put actors on slopes, and places of CARLA's Town07: town, then x, y
+/// and z as CARLA counts them.
+const HIGH: [(&str, [f64; 3]); 16] = [
     ("Town03", [84.0, -94.0, 8.0]),
     ("Town03", [84.0, -116.0, 8.0]),
     ("Town03", [38.0, -134.0, 2.0]),
@@ -153,6 +172,11 @@ const HIGH: [(&str, [f64; 3]); 11] = [
     ("Town05", [-105.0, -208.0, 10.0]),
     // The viaduct's other end, on CARLA's own map.
     ("Town05", [-54.0, 198.0, 4.0]),
+    ("Town07", [59.0, -61.1, 4.2]),
+    ("Town07", [67.3, -120.3, 9.1]),
+    ("Town07", [44.7, -174.7, 6.1]),
+    ("Town07", [-69.0, -226.7, 4.9]),
+    ("Town07", [-128.9, -230.3, 4.4]),
 ];
 /// Streets are as high as CARLA's within this, in metres.
 const ABOVE_MAX_M: f64 = 1.0;

@@ -2,23 +2,26 @@
 //! two hills, stop and yield signs, and few lights. Its streets lie where CARLA's do, so that places
 //! that programs name by coordinates are on the road.
 
+use super::block::house;
 use super::course::{Bend, Pose, direction};
-use super::plan::{Beside, Control, End, Plan};
+use super::draft::ObjectDraft;
+use super::plan::{Beside, Control, End, Loose, Plan};
 use super::profile::{Edge, Profile};
 
 type Place = [f64; 2];
 
-/// Straight roads, and those around narrow bends.
+/// Straight roads, those around bends, and those around narrow ones.
 const COUNTRY: Profile = Profile::two_way(1, Edge::Verge, 40);
 const WINDING: Profile = Profile::two_way(1, Edge::Verge, 30);
+const NARROW: Profile = Profile::two_way(1, Edge::Verge, 20);
 const VILLAGE: Profile = Profile::street(1, 30);
 /// Around the village: who drives along the reference line has it to the right.
 const OUTER: Profile = VILLAGE.with_left(1, Edge::Verge);
 /// Traffic to the village has a lane more, which turns right.
 const OUTER_WIDER: Profile = VILLAGE.with_left(2, Edge::Verge);
 /// Roads of one direction: past the village's square, and around the island at the end of a track.
-const SQUARE: Profile = Profile::one_way(1, Edge::Sidewalk, 30);
-const ISLAND: Profile = Profile::one_way(1, Edge::Verge, 30);
+const SQUARE: Profile = Profile::one_way(1, Edge::Sidewalk, 20);
+const ISLAND: Profile = Profile::one_way(1, Edge::Verge, 20);
 
 /// Junctions of the ring, clockwise from its south-west, ...
 const WEST_LOWER: Place = [-201.0, -49.9];
@@ -61,6 +64,15 @@ const fn bend(x: f64, y: f64, radius_m: f64) -> Bend {
     Bend { at: [x, y], radius_m }
 }
 
+/// Barns between the farm tracks: where, and half of their lengths in metres.
+const BARNS: [(Place, f64); 4] = [
+    ([-177.0, -80.0], 13.0),
+    ([-130.0, -84.0], 9.0),
+    ([-175.0, 62.0], 13.0),
+    ([-126.0, 66.0], 9.0),
+];
+/// How deep barns stand in the ground, in metres, so that none hangs over it.
+const BARN_CELLAR_M: f64 = 1.0;
 /// Heights on the way over the two hills of the ring: share of the length, metres.
 const NORTH_HILL: [[f64; 2]; 6] =
     [[0.088, 1.5], [0.297, 6.3], [0.346, 6.9], [0.403, 6.2], [0.6, 1.6], [0.725, 0.0]];
@@ -87,7 +99,20 @@ pub(super) fn plan() -> Plan {
             street.climbs_on = true;
         }
     }
+    add_barns(&mut plan);
     plan
+}
+
+fn add_barns(plan: &mut Plan) {
+    for (at, half_m) in BARNS {
+        let barn = house([2.0 * half_m, 14.0], 2.0);
+        let object = ObjectDraft {
+            z_offset_m: barn.z_offset_m - BARN_CELLAR_M,
+            height_m: barn.height_m + BARN_CELLAR_M,
+            ..barn
+        };
+        plan.loose.push(Loose { at, heading_rad: 0.0, object });
+    }
 }
 
 /// Who may go first where CARLA's town has lights, and stop signs for all. Where it has yield signs
@@ -113,7 +138,7 @@ fn end(plan: &mut Plan, (junction, start): &Start, next: Place) -> End {
 }
 
 const RING: [Way; 9] = [
-    ((SOUTH, None), &[bend(-201.5, -107.0, 9.0)], (WEST_LOWER, None), WINDING),
+    ((SOUTH, None), &[bend(-201.5, -107.0, 9.0)], (WEST_LOWER, None), NARROW),
     (
         (WEST_LOWER, None),
         &[bend(-201.6, -34.9, 170.0), bend(-203.7, -12.4, 173.0), bend(-201.1, 17.5, 250.0)],
@@ -186,7 +211,7 @@ const TRACKS: [Way; 10] = [
         (UPPER_WEST, Some([-107.4, 99.3])),
         &[bend(-109.4, 100.1, 9.6)],
         (ISLAND_EAST, Some([-135.9, 98.7])),
-        WINDING,
+        NARROW,
     ),
     // Their left borders lie around the island.
     (
@@ -237,7 +262,7 @@ const STREETS: [Way; 21] = [
     ((MAIN_WEST, None), &[], (MAIN_EAST, Some([-12.2, 1.5])), VILLAGE),
     ((MIDDLE_WEST, Some([-90.8, 63.6])), &[], (MIDDLE_EAST, None), VILLAGE),
     ((UPPER_SLANT, Some([-76.4, 107.4])), &[], (SQUARE_WEST, Some([-74.2, 107.4])), VILLAGE),
-    ((SQUARE_WEST, Some([-57.8, 107.3])), &[], (SQUARE_EAST, Some([-34.8, 107.3])), VILLAGE),
+    ((SQUARE_WEST, Some([-57.7, 107.3])), &[], (SQUARE_EAST, Some([-34.8, 107.3])), VILLAGE),
     ((SQUARE_EAST, Some([-16.4, 107.2])), &[], (UPPER_EAST, None), VILLAGE),
     // Its left border.
     (

@@ -110,25 +110,28 @@ fn traffic_stops_for_a_car_and_a_person_in_its_way() {
     }
 }
 
+/// The lane of Town07 that leads to the east through the junction in its north.
+const STRAIGHT_Y_M: f32 = 158.5;
+
 /// A car waits straight ahead in a junction of Town07; whoever comes behind it goes straight on or
 /// turns off past its corners.
 #[test]
 fn who_turns_off_behind_a_car_that_waits_in_a_junction_does_not_clip_it() {
     let map = Arc::new(Town::new(roads("Town07_Opt")));
-    let at = |x_m: f32| level_pose(Vec3::new(x_m, 23.25, 2.0), 0.0);
+    let at = |x_m: f32| level_pose(Vec3::new(x_m, STRAIGHT_Y_M, 2.0), 0.0);
     let mut turned = 0;
-    for waits_m in [80.0, 81.0, 82.0, 83.0, 84.0, 85.0, 86.0, 87.0] {
+    for waits_m in [-80.0, -79.0, -78.0, -77.0, -76.0, -75.0, -74.0, -73.0] {
         for seed in 1..=6 {
             let id = WorldId::new(1).unwrap();
             let config = WorldConfig { id, epoch: 1, seed, dt_secs: 0.05, map: Arc::clone(&map) };
             let mut world = World::new(config).unwrap();
             spawn_at(&mut world, "vehicle.dodge.charger_2020", at(waits_m), 0.0);
-            let actor = spawn_at(&mut world, "vehicle.ford.crown", at(50.0), 0.0);
+            let actor = spawn_at(&mut world, "vehicle.ford.crown", at(-110.0), 0.0);
             let behaviour = AgentBehaviour::Normal;
             world.apply(&Command::Traffic(TrafficCommand::Join { actor, behaviour })).unwrap();
             let hits = run(&mut world, 400);
             assert!(hits.is_empty(), "{waits_m} m, seed {seed}: {hits:?}");
-            turned += u32::from((position_m(&world, actor).y - 23.25).abs() > 10.0);
+            turned += u32::from((position_m(&world, actor).y - STRAIGHT_Y_M).abs() > 10.0);
         }
     }
     assert!(turned > 5, "{turned} of 48 turned off");
