@@ -307,9 +307,7 @@ impl Driver {
         }
         let look_m = horizon_m;
         let lines = self.path.stops(senses.network, 0.0, look_m + senses.body.half_m.x);
-        let line_m = self.line(senses, &lines, speed_mps);
-        let people_m = self.crossings.line(senses, &lines, speed_mps);
-        let line_m = line_m.into_iter().chain(people_m).reduce(f32::min);
+        let (line_m, is_at_sign) = self.line(senses, &lines, speed_mps);
         let approach = Approach {
             senses,
             path: &self.path,
@@ -319,6 +317,7 @@ impl Driver {
             gap_m: manner.gap_m,
             rest_m: manner.gap_m + REST_M,
             line_m,
+            is_at_sign,
             ahead,
             queue: &queue,
         };

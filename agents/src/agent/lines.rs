@@ -75,6 +75,7 @@ impl Agent {
             gap_m: GAP_M,
             rest_m,
             line_m,
+            is_at_sign: false,
             ahead,
             queue,
         };

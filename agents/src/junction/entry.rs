@@ -19,6 +19,8 @@ pub(super) const STANDING_MPS: f32 = 0.2;
 const BLOCKED_M: f32 = 6.0;
 /// Lines this far inside a junction belong to its entry.
 pub(crate) const INSIDE_M: f32 = 4.0;
+/// Who stands so near before the line of a stop sign, or nearer, stands at that sign.
+const AT_SIGN_M: f32 = 2.0;
 /// Lines so far behind the vehicle still tell who it is to let through.
 const BEHIND_M: f32 = 12.0;
 /// Who waited as long as this goes before others: behind a stop or yield sign, and elsewhere, as
@@ -63,8 +65,9 @@ pub(crate) struct Approach<'a> {
     pub gap_m: f32,
     /// Nearer than this to somebody at rest ahead it drives no nearer.
     pub rest_m: f32,
-    /// From the origin to the line that holds it.
+    /// From the origin to the line that holds it, and whether it is that of a stop sign.
     pub line_m: Option<f32>,
+    pub is_at_sign: bool,
     /// The first one in its way, and all of them.
     pub ahead: Option<Ahead>,
     pub queue: &'a Queue<'a>,
@@ -129,7 +132,9 @@ impl Passage {
             }
         }
         self.note_blocked(at, beyond.err().flatten());
-        Some(to_entry_m - BEFORE_LINE_M)
+        let at_sign_m = line_m.filter(|_| at.is_at_sign && !open).map(|line_m| line_m - AT_SIGN_M);
+        let before_m = to_entry_m - BEFORE_LINE_M;
+        Some(at_sign_m.map_or(before_m, |at_sign_m| at_sign_m.max(before_m)))
     }
 
     /// Notes who takes the room beyond the next junction, and for how long it has stood for that.
@@ -242,6 +247,8 @@ mod tests {
     use crate::scene::Scene;
     use crate::testing::vehicle;
 
+    const ENTRY_M: f32 = 4.0;
+    const HALF_M: f32 = 2.5;
     const WAY: Way = Way { lanes: Vec::new(), entry_m: 10.0, exit_m: 30.0, next_m: f32::INFINITY };
 
     fn other(id: u32, gap_m: f32, along_mps: f32, speed_mps: f32) -> Ahead {
@@ -270,9 +277,39 @@ mod tests {
         }
     }
 
+    /// How far a vehicle 4 m before a junction may drive that a line so far inside holds.
+    fn held_m(inside_m: f32, is_at_sign: bool) -> f32 {
+        let line_m = Some(ENTRY_M + inside_m);
+        before_a_junction(false, |at| Approach { line_m, is_at_sign, ..at }).0.unwrap()
+    }
+
+    #[test]
+    fn who_is_held_by_a_sign_just_inside_a_junction_stands_right_before_it() {
+        let free_m = ENTRY_M - HALF_M;
+        assert_eq!(
+            [-1.0, 2.0].map(|inside_m| held_m(inside_m, false)),
+            [free_m - 2.0, free_m - 1.0]
+        );
+        assert_eq!(
+            [-1.0, 0.5].map(|inside_m| held_m(inside_m, true)),
+            [free_m - 2.0, free_m - 1.0]
+        );
+        assert!((held_m(2.3, true) - (free_m + 0.3)).abs() < 1.0e-5);
+    }
+
     /// Whether a vehicle that was granted a junction and stands right before it still has it, with
     /// somebody ahead who drives at a speed.
     fn keeps_its_way(gap_m: f32, along_mps: f32) -> bool {
+        let ahead = Some(other(2, gap_m, along_mps, along_mps));
+        before_a_junction(true, |at| Approach { ahead, ..at }).1
+    }
+
+    /// How far a vehicle may drive that stands [`ENTRY_M`] before a junction, which it may have
+    /// been granted, and whether it has it then.
+    fn before_a_junction(
+        granted: bool,
+        with: impl FnOnce(Approach<'_>) -> Approach<'_>,
+    ) -> (Option<f32>, bool) {
         let text = roads::town::build("Town10HD_Opt").unwrap();
         let network = Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap());
         let into_junction = |id: &LaneId| {
@@ -286,17 +323,20 @@ mod tests {
         let length_m = |id: LaneId| network.lane(id).unwrap().length_m();
         let leg = |lane, from_m| Leg { lane, from_m, to_m: length_m(lane), onto: None };
         let mut path = Path::default();
-        path.push(leg(before, length_m(before) - 4.0));
+        path.push(leg(before, length_m(before) - ENTRY_M));
         path.push(leg(through, 0.0));
         let scene = Scene::new(Vec::new(), Vec::new());
-        let body = vehicle([2.5, 1.0, 1.0], Vec3::zeros(), Vec3::x(), 0.0);
+        let body = vehicle([HALF_M, 1.0, 1.0], Vec3::zeros(), Vec3::x(), 0.0);
         let view = VehicleView::of_car(Pose::identity(), Vec3::zeros());
         let senses =
             Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
         let mut passage = Passage::default();
         let way = Way::next(&network, &path, &passage.grants, 7.0).unwrap();
-        passage.grants.add(&way, None);
-        let at = Approach {
+        if granted {
+            passage.grants.add(&way, None);
+        }
+        let queue = Queue::default();
+        let at = with(Approach {
             senses: &senses,
             path: &path,
             speed_mps: 0.0,
@@ -305,11 +345,12 @@ mod tests {
             gap_m: 2.0,
             rest_m: 3.0,
             line_m: None,
-            ahead: Some(other(2, gap_m, along_mps, along_mps)),
-            queue: &Queue::default(),
-        };
-        passage.enter(&at, &mut Claims::default());
-        !passage.is_free()
+            is_at_sign: false,
+            ahead: None,
+            queue: &queue,
+        });
+        let free_m = passage.enter(&at, &mut Claims::default());
+        (free_m, !passage.is_free())
     }
 
     #[test]

@@ -15,13 +15,28 @@ const AT_LINE_M: f32 = 4.0;
 const LIGHT_MPS2: f32 = 5.0;
 
 impl Driver {
-    /// Distance from the origin to the next line that holds this vehicle.
+    /// Distance from the origin to the next line that holds this vehicle, for people too, and
+    /// whether that is the line of a stop sign.
     pub(super) fn line(
         &mut self,
         senses: &Senses<'_>,
         lines: &[StopAhead],
         speed_mps: f32,
-    ) -> Option<f32> {
+    ) -> (Option<f32>, bool) {
+        let held = self.held_by(senses, lines, speed_mps);
+        let people_m = self.crossings.line(senses, lines, speed_mps);
+        let line_m = held.map(|line| line.ahead_m).into_iter().chain(people_m).reduce(f32::min);
+        let is_first = |line: StopAhead| line_m == Some(line.ahead_m);
+        (line_m, held.is_some_and(|line| line.why == Stop::Sign && is_first(line)))
+    }
+
+    /// The next line of a light or sign that holds it.
+    fn held_by(
+        &mut self,
+        senses: &Senses<'_>,
+        lines: &[StopAhead],
+        speed_mps: f32,
+    ) -> Option<StopAhead> {
         let front_m = senses.body.half_m.x;
         let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
             TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
@@ -54,7 +69,7 @@ impl Driver {
                 Stop::Yield | Stop::Crossing(_) => false,
             };
             if holds && held.is_none() {
-                held = Some(line.ahead_m);
+                held = Some(*line);
             }
         }
         if !at_sign {
