@@ -16,6 +16,7 @@ use crate::pictures::{Film, TextureId};
 use crate::rpc::Refusal;
 use crate::snapshot::ReplayedLight;
 use crate::stream::{StreamId, token};
+use crate::wheels::{self, RollingOfAll};
 
 /// The type of actors by which clients steer walkers.
 const WALKER_CONTROLLER: &str = "controller.ai.walker";
@@ -55,6 +56,8 @@ pub(crate) struct Episode {
     unsimulated: BTreeSet<ActorId>,
     /// Angles at which clients hold wheels, by vehicle and wheel, in degrees.
     wheel_angles: BTreeMap<(ActorId, u8), WheelAngles>,
+    /// How far wheels have turned under vehicles whose physics is on.
+    rolling: RollingOfAll,
     /// What a replay says of traffic lights.
     replayed_lights: BTreeMap<ActorId, ReplayedLight>,
 }
@@ -63,7 +66,7 @@ pub(crate) struct Episode {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WheelAngles {
     pub(crate) steer: Option<f32>,
-    pub(crate) pitch: f32,
+    pub(crate) pitch: Option<f32>,
 }
 
 impl Episode {
@@ -96,12 +99,15 @@ impl Episode {
             ignored: BTreeMap::new(),
             unsimulated: BTreeSet::new(),
             wheel_angles: BTreeMap::new(),
+            rolling: RollingOfAll::default(),
             replayed_lights: BTreeMap::new(),
         }
     }
 
     /// Goes on with a frame, in which all changes are.
     pub(crate) fn show(&mut self, frame: SharedFrame) {
+        let dt_secs = (frame.sim_secs - self.frame.sim_secs).max(0.0) as f32;
+        self.rolling.advance(&frame, dt_secs, |id| self.unsimulated.contains(id));
         self.frame = frame;
         self.changed.clear();
         self.posed.clear();
@@ -229,12 +235,21 @@ impl Episode {
         }
     }
 
-    /// How clients hold a wheel.
-    pub(crate) fn wheel_angles(&self, vehicle: ActorId, wheel: u8) -> WheelAngles {
-        self.wheel_angles.get(&(vehicle, wheel)).copied().unwrap_or_default()
+    /// How a wheel of a vehicle stands, as a client holds it or as it is driven: how far to the
+    /// right it is steered, and how far it has turned backwards, both in degrees.
+    pub(crate) fn wheel_deg(&self, vehicle: &ActorState, wheel: u8) -> (f32, f32) {
+        let index = usize::from(wheel);
+        let held = self.wheel_angles.get(&(vehicle.id, wheel)).copied().unwrap_or_default();
+        let driven_deg = || {
+            let model = wheels::model(self.frame.type_of(vehicle));
+            let left_rad = |model| wheels::wheel_rad(model, index, vehicle.road_wheel_rad);
+            -model.map_or(0.0, left_rad).to_degrees()
+        };
+        let rolled_deg = || self.rolling.rotation_deg(vehicle.id, index);
+        (held.steer.unwrap_or_else(driven_deg), held.pitch.unwrap_or_else(rolled_deg))
     }
 
-    /// As [`wheel_angles`](Self::wheel_angles), to change it; `None` while its physics is on.
+    /// How clients hold a wheel, to change it; `None` while its physics is on.
     pub(crate) fn wheel_angles_mut(
         &mut self,
         vehicle: ActorId,

@@ -51,13 +51,14 @@ def test_wheels_of_a_steered_car_and_a_bicycle_are_recorded_and_replayed(client,
         assert [number for number, *_ in recorded] == [0, 1, 2, 3]
         assert [angle for _, angle, _ in recorded[:2]] == pytest.approx(seen, abs=WHEEL_DEG)
         assert [angle for _, angle, _ in recorded[2:]] == [0.0, 0.0]
-    # To the right, the inner wheel further; and they roll as far as the car drives.
+    # To the right, the inner wheel further; and they roll as far as the car drives, negative ahead.
     (_, outer, _), (_, inner, _) = wheels[-1][:2]
     assert 5.0 < outer < inner
     for before, now, speed in zip(wheels[:-1], wheels[1:], speeds[1:], strict=True):
         rolled = math.degrees(speed * STEP_SECS / radius_m)
-        assert abs(turn_deg(before[0][2] + rolled, now[0][2])) < 0.1
-    assert speeds[-1] > 2.0
+        left, right = (turn_deg(before[wheel][2], now[wheel][2]) for wheel in (2, 3))
+        assert (left + right) / 2.0 == pytest.approx(-rolled, abs=0.1)
+    assert speeds[-1] > 2.0 and left < right < 0.0
     for frame, speed in zip(log.frames, ridden, strict=True):
         assert [number for number, *_ in frame.by_actor(WHEELS)[bicycle.id][0]] == [0, 1]
         told, engine = frame.by_actor(carla_log.BIKER)[bicycle.id]

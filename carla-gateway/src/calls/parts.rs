@@ -11,7 +11,7 @@ use crate::dialect::{ActorRef, Transform};
 use crate::endpoint::Endpoint;
 use crate::episode::Episode;
 use crate::rpc::Refusal;
-use crate::wheels::{model, wheel_rad};
+use crate::wheels::model;
 
 /// Of the vehicle itself, before those of its wheels.
 const BASE: &str = "Vehicle_Base";
@@ -156,22 +156,29 @@ fn bones(episode: &Episode, state: &ActorState) -> Vec<Part> {
             .collect(),
         ActorKind::Vehicle => {
             let model = model(episode.frame.type_of(state));
-            model.map_or_else(Vec::new, |model| wheels(state, model))
+            let turned = |wheel| episode.wheel_deg(state, wheel);
+            model.map_or_else(Vec::new, |model| wheels(state, model, turned))
         }
         _ => Vec::new(),
     }
 }
 
-/// The base, then the hubs of the wheels as they are steered.
-fn wheels(state: &ActorState, model: &VehicleModel) -> Vec<Part> {
+/// The base, then the hubs of the wheels as they are steered and turned: how far to the right and
+/// backwards, in degrees.
+fn wheels(
+    state: &ActorState,
+    model: &VehicleModel,
+    turned_deg: impl Fn(u8) -> (f32, f32),
+) -> Vec<Part> {
     let base = Part {
         name: BASE.to_owned(),
         in_world: state.world_from_actor,
         in_carrier: Pose::identity(),
     };
     let hubs = model.physics.wheels.iter().enumerate().map(|(index, wheel)| {
-        let turn_rad = wheel_rad(model, index, state.road_wheel_rad);
-        let turn = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), turn_rad);
+        let (right_deg, back_deg) = turned_deg(index as u8);
+        let turn = UnitQuaternion::from_axis_angle(&Vec3::z_axis(), -right_deg.to_radians())
+            * UnitQuaternion::from_axis_angle(&Vec3::y_axis(), -back_deg.to_radians());
         let in_carrier = Pose::from_parts(Translation3::from(wheel.position_m), turn);
         let end = if wheel.position_m.x > 0.0 { "Front" } else { "Rear" };
         let side = if wheel.position_m.y < 0.0 { "Right" } else { "Left" };
@@ -194,7 +201,8 @@ mod tests {
         let id = ActorId::new(1).unwrap();
         let at = Pose::translation(5.0, 0.0, 0.0);
         let state = ActorState::at_rest(id, ActorKind::Vehicle, 0, at);
-        let parts = wheels(&state, model("vehicle.lincoln.mkz_2020").unwrap());
+        let model = model("vehicle.lincoln.mkz_2020").unwrap();
+        let parts = wheels(&state, model, |_| (0.0, 0.0));
         let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
         assert_eq!(names[..2], ["Vehicle_Base", "Wheel_Front_Left"]);
         assert_eq!(parts.len(), 5);

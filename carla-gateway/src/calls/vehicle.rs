@@ -8,7 +8,6 @@ use crate::dialect::{PhysicsControl, Transform, counted_wheels};
 use crate::endpoint::Endpoint;
 use crate::episode::WheelAngles;
 use crate::rpc::{Answer, Payload, Refusal, Request};
-use crate::wheels;
 
 pub(super) fn lights(endpoint: &mut Endpoint, id: ActorRef) -> Result<LightFlags, Refusal> {
     Ok(LightFlags { flags: vehicle(endpoint, id)?.lights })
@@ -74,21 +73,17 @@ pub(super) fn wheel_steer_deg(
     wheel: u8,
 ) -> Result<f32, Refusal> {
     let episode = endpoint.episode()?;
-    let state = episode.found_as(id, ActorKind::Vehicle)?;
-    let driven_rad = wheels::model(episode.frame.type_of(state))
-        .map_or(0.0, |model| wheels::wheel_rad(model, usize::from(wheel), state.road_wheel_rad));
-    let held = episode.wheel_angles(state.id, wheel);
-    Ok(held.steer.unwrap_or_else(|| -driven_rad.to_degrees()))
+    Ok(episode.wheel_deg(episode.found_as(id, ActorKind::Vehicle)?, wheel).0)
 }
 
+/// As a client holds the wheel, or as it has rolled.
 pub(super) fn wheel_pitch_deg(
     endpoint: &mut Endpoint,
     id: ActorRef,
     wheel: u8,
 ) -> Result<f32, Refusal> {
     let episode = endpoint.episode()?;
-    let vehicle = episode.found_as(id, ActorKind::Vehicle)?.id;
-    Ok(episode.wheel_angles(vehicle, wheel).pitch)
+    Ok(episode.wheel_deg(episode.found_as(id, ActorKind::Vehicle)?, wheel).1)
 }
 
 pub(super) fn steer_wheel(
@@ -106,7 +101,7 @@ pub(super) fn pitch_wheel(
     wheel: u8,
     degrees: f32,
 ) -> Result<(), Refusal> {
-    hold_wheel(endpoint, id, wheel, |angles| angles.pitch = degrees)
+    hold_wheel(endpoint, id, wheel, |angles| angles.pitch = Some(degrees))
 }
 
 fn hold_wheel(

@@ -15,7 +15,7 @@ use super::arrivals::Arrival;
 use crate::catalogue;
 use crate::dialect::{ActorDescription, LightState as Lamp, WeatherParameters};
 use crate::snapshot::colour_index;
-use crate::wheels;
+use crate::wheels::{self, Rolling};
 
 /// The type of sensors whose contacts are recorded.
 const COLLISION_SENSOR: &str = "sensor.other.collision";
@@ -65,8 +65,8 @@ struct Known {
     is_hero: bool,
     carrier: Option<ActorId>,
     doors: u8,
-    /// How far wheels have turned, in radians.
-    turned_rad: f32,
+    /// How far wheels have turned.
+    rolling: Rolling,
     /// Of a vehicle.
     model: Option<&'static VehicleModel>,
 }
@@ -80,7 +80,7 @@ impl Known {
             is_hero: false,
             carrier: None,
             doors: 0,
-            turned_rad: 0.0,
+            rolling: Rolling::default(),
             model: is_vehicle.then(|| wheels::model(frame.type_of(actor))).flatten(),
         }
     }

@@ -248,7 +248,7 @@ impl Endpoint {
             for wheel in one.wheels.iter() {
                 if let Some(angles) = episode.wheel_angles_mut(member.id, wheel.wheel) {
                     angles.steer = Some(wheel.steer_deg);
-                    angles.pitch = wheel.rotation_deg;
+                    angles.pitch = Some(wheel.rotation_deg);
                 }
             }
         }

@@ -12,6 +12,8 @@ const COMPONENTS: &str =
 const BASE_AND_WHEELS: &str = "bones of walkers; a base and wheels of vehicles";
 const OUR_NAMES: &str = "the blueprint, and behind it the id";
 const OPEN_DOORS: &str = "drawn, and met by rays; bodies pass through open doors";
+const HELD_WHEELS: &str = "told back and seen in bones, not drawn";
+const ROLLED_WHEELS: &str = "by how far wheels have come, not by how they slip or lock";
 const NO_SENDER: &str = "no client sends it";
 
 const fn full(name: &'static str, run: Run) -> Method {
@@ -82,20 +84,12 @@ pub(super) static ACTORS: &[Method] = &[
     partly("close_vehicle_door", OPEN_DOORS, void!(vehicle::close_door(id, door).await)),
     partly(
         "set_wheel_steer_direction",
-        "told back, not drawn",
+        HELD_WHEELS,
         void!(vehicle::steer_wheel(id, wheel, degrees)),
     ),
-    partly(
-        "set_wheel_pitch_angle",
-        "told back, not drawn",
-        void!(vehicle::pitch_wheel(id, wheel, degrees)),
-    ),
+    partly("set_wheel_pitch_angle", HELD_WHEELS, void!(vehicle::pitch_wheel(id, wheel, degrees))),
     full("get_wheel_steer_angle", value!(vehicle::wheel_steer_deg(id, wheel))),
-    partly(
-        "get_wheel_pitch_angle",
-        "as it was set, or 0",
-        value!(vehicle::wheel_pitch_deg(id, wheel)),
-    ),
+    partly("get_wheel_pitch_angle", ROLLED_WHEELS, value!(vehicle::wheel_pitch_deg(id, wheel))),
     partly(
         "get_vehicle_bone_world_transforms",
         BASE_AND_WHEELS,

@@ -115,12 +115,11 @@ fn put_vehicle(content: &mut FrameContent, dt_secs: f32, vehicle: &ActorState, k
     let Some(model) = known.model else { return };
     let ahead = vehicle.world_from_actor.rotation * Vec3::x();
     let speed_mps = vehicle.linear_velocity_mps.dot(&ahead);
-    let by_rad = speed_mps * dt_secs / model.wheel_radius_m;
-    known.turned_rad = (known.turned_rad + by_rad).rem_euclid(std::f32::consts::TAU);
+    known.rolling.advance(model, vehicle, dt_secs);
     let wheel = |index: usize| WheelPose {
         wheel: index as u8,
         steer_deg: -wheel_rad(model, index, vehicle.road_wheel_rad).to_degrees(),
-        rotation_deg: known.turned_rad.to_degrees(),
+        rotation_deg: known.rolling.rotation_deg(index),
     };
     let wheels = Long((0..model.physics.wheels.len()).map(wheel).collect());
     content.wheels.push(Wheels { id, wheels });
