@@ -166,6 +166,8 @@ def test_the_commands_record_and_export(tmp_path):
         assert path.read_bytes() == before
     refused = run("causeway.record_episodes", "fly", "--out", tmp_path / "other.mcap", *own)
     assert refused.returncode == 2 and "there is no such task" in refused.stderr
+    refused = run("causeway.record_episodes", TASK, "--tier", "fast", "--out", path, *own)
+    assert refused.returncode == 2 and "--tier: invalid choice: 'fast'" in refused.stderr
     (tmp_path / "none.mcap").write_bytes(b"nothing")
     refused = run("causeway.dataset", tmp_path / "none.mcap", "--parquet", tmp_path / "q")
     assert refused.returncode == 2 and "no recording" in refused.stderr

@@ -143,6 +143,7 @@ def test_too_little_success_and_bad_input_have_their_exit_codes(tmp_path):
         (("--policies", "car=follow", "car=forward"), "--policies has car twice"),
         (("--seeds", 1, 2, 1), "--seeds has 1 twice"),
         (("--towns", "Town02", "Town02"), "--towns has Town02 twice"),
+        (("--tiers", "fast"), "argument --tiers: invalid choice: 'fast' (choose from"),
         (("--seeds", -1), "wanted seeds from 0 to 18446744073708, found -1"),
         (("--seeds", 2**60), f"found {2**60}"),
         (("--training-towns", "Town01", "Twon03"), "--training-towns: wanted Town01, "),

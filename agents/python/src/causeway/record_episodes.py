@@ -31,7 +31,8 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--episodes", type=int, default=20, help="(%(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of the first (0); then the next ones")
     parser.add_argument("--town", default="Town02", help="(%(default)s)")
-    parser.add_argument("--tier", default="physics", help="kinematic, physics (%(default)s)")
+    tiers = ["kinematic", "physics"]
+    parser.add_argument("--tier", default="physics", choices=tiers, help="(%(default)s)")
     names = f"{', '.join(policy.NAMES)}, FILE.npz (%(default)s)"
     parser.add_argument("--policy", default="follow", help=names)
     told = "route, drive or wide; by default what the policy reads"

@@ -49,8 +49,9 @@ def parse_arguments() -> argparse.Namespace:
         help="others are new towns in the table by condition (Town01)",
         **several,
     )
-    tiers = "kinematic, physics (kinematic)"
-    parser.add_argument("--tiers", default=["kinematic"], help=tiers, **several)
+    tiers = ["kinematic", "physics"]
+    told = f"{', '.join(tiers)} (kinematic)"
+    parser.add_argument("--tiers", default=["kinematic"], choices=tiers, help=told, **several)
     parser.add_argument(
         "--policies",
         default=["follow"],
