@@ -49,7 +49,7 @@ mod way;
 pub use agent::{Agent, Unreachable};
 pub use crossing::Owed;
 pub use junction::{Claims, Entering, Held};
-pub use network::{LaneId, Network};
+pub use network::{LaneId, Network, RedLights};
 pub use pilot::{Pilot, VehicleView};
 pub use scene::{Body, Scene};
 pub use senses::Senses;

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) use crossings::Crossing;
 use grid::Grid;
 pub(crate) use point::LanePoint;
+pub use shared::RedLights;
 use ways::Entered;
 
 /// Nobody begins where a lane is narrower.

@@ -3,7 +3,7 @@
 use roads::{Map, Waypoint};
 use schemas::{Pose, Vec3};
 
-use crate::network::{Lane, LanePoint, Network, Place};
+use crate::network::{Lane, LanePoint, Network, Place, Stop};
 use crate::path::Leg;
 use crate::route::{self, Reach};
 
@@ -79,6 +79,23 @@ impl Way<'_> {
     #[must_use]
     pub fn is_around_ring(&self) -> bool {
         self.legs.iter().any(|leg| self.network.lane(leg.lane).is_some_and(|lane| lane.is_ring))
+    }
+
+    /// Whether a light holds whoever drives it; of several that have one line those do that speak
+    /// to the way that it takes behind that.
+    #[must_use]
+    pub fn is_held_by(&self, light: u32) -> bool {
+        let why = Stop::Light(light);
+        let legs = self.legs.iter().enumerate().filter(|(_, leg)| leg.onto.is_none());
+        let passed = legs.filter_map(|(index, leg)| {
+            let on_leg = |at_m: f32| (leg.from_m..=leg.to_m).contains(&at_m);
+            let lane = self.network.lane(leg.lane)?;
+            let is_passed = lane.stops.iter().any(|line| line.why == why && on_leg(line.at_m));
+            let next = self.legs.get(index + 1).map(|next| next.lane);
+            is_passed.then(|| lane.holds(why, next))
+        });
+        let passed: Vec<bool> = passed.collect();
+        passed.is_empty() || passed.contains(&true)
     }
 
     /// Headings along it, where its lanes have points and where it goes from one to the next, each

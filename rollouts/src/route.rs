@@ -110,8 +110,12 @@ impl Route {
         })
     }
 
-    /// With those of the lines that it crosses.
-    pub(crate) fn with_lines(mut self, lines: &[StopLine]) -> Self {
+    /// With those of the lines that it crosses and whose light holds it.
+    pub(crate) fn with_lines(
+        mut self,
+        lines: &[StopLine],
+        is_held_by: impl Fn(usize) -> bool,
+    ) -> Self {
         let found = lines.iter().filter_map(|line| {
             let crossed = self.segments.iter().zip(&self.points).find_map(|(segment, from)| {
                 let along = segment.cos * line.cos + segment.sin * line.sin;
@@ -122,7 +126,7 @@ impl Route {
             });
             crossed.map(|at_m| Stop { at_m, light: line.light })
         });
-        let mut stops: Vec<Stop> = found.collect();
+        let mut stops: Vec<Stop> = found.filter(|stop| is_held_by(stop.light)).collect();
         stops.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
         self.stops = stops;
         self
@@ -270,12 +274,14 @@ mod tests {
             sin,
             half_width_m: 1.75,
         };
-        let route = corner().with_lines(&[
+        let lines = [
             line(0, 50.5, 30.0, 0.0, 1.0),
             line(1, 20.25, 0.5, 1.0, 0.0),
             line(2, 20.0, 0.0, -1.0, 0.0),
             line(3, 30.0, 3.5, 1.0, 0.0),
-        ]);
+            line(4, 40.0, 0.0, 1.0, 0.0),
+        ];
+        let route = corner().with_lines(&lines, |light| light != 4);
         assert_eq!(route.stop_after(0.0), Some(Stop { at_m: 20.25, light: 1 }));
         assert_eq!(route.stop_after(20.25), Some(Stop { at_m: 80.0, light: 0 }));
         assert_eq!(route.stop_after(80.5), None, "others hold another way");

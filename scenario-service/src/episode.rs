@@ -288,7 +288,8 @@ impl Episode {
     }
 
     fn note_lights(&mut self, before: (&Frame, Vec3), events: &mut Vec<String>) {
-        let count = self.stop_lines.run(before, (&self.frame, self.ego_position_m()));
+        let Some(ego) = self.frame.actor(self.ego) else { return };
+        let count = self.stop_lines.run(&self.start.map, before, (&self.frame, ego));
         if count > 0 {
             self.broken.red_lights += count;
             events.push("ran a red light".to_owned());

@@ -4,7 +4,7 @@
 use nalgebra::RealField;
 use schemas::Vec3;
 
-use super::{Lane, LaneId, Network, wrapped};
+use super::{Lane, LaneId, Near, Network, wrapped};
 
 /// Ways into a junction that begin this much turned from each other begin opposite.
 const ONCOMING_RAD: f32 = 2.4;
@@ -68,12 +68,20 @@ impl Network {
         front_m: &Vec3,
         forward: &Vec3,
     ) -> impl Iterator<Item = (LaneId, f32)> {
+        let inside = |id: LaneId| self.lane(id).is_some_and(|lane| lane.junction.is_some());
+        self.under(front_m, forward).filter(move |(id, _)| inside(*id))
+    }
+
+    /// Lanes that a vehicle's front may be on, with where on each of them.
+    pub(super) fn under(
+        &self,
+        front_m: &Vec3,
+        forward: &Vec3,
+    ) -> impl Iterator<Item = (LaneId, f32)> + use<> {
         let heading_rad = RealField::atan2(forward.y, forward.x);
-        let near = self.near(front_m, BESIDE_M).into_iter().filter(move |near| {
-            let same_way = wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
-            let lane = self.lane(near.place.lane);
-            same_way && lane.is_some_and(|lane| lane.junction.is_some())
-        });
+        let same_way =
+            move |near: &Near| wrapped(near.heading_rad - heading_rad).abs() < SAME_WAY_RAD;
+        let near = self.near(front_m, BESIDE_M).into_iter().filter(same_way);
         near.map(|near| (near.place.lane, near.place.at_m))
     }
 

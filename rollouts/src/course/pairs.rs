@@ -125,5 +125,6 @@ fn route(
     }
     parking::turn_in(&mut points, right_m);
     let route = Route::new(&points, |point| map.lane(&point.on).width_m as f32 / 2.0)?;
-    (!route.has_kink()).then(|| route.with_lines(lines))
+    let is_held_by = |light: usize| u32::try_from(light).is_ok_and(|light| way.is_held_by(light));
+    (!route.has_kink()).then(|| route.with_lines(lines, is_held_by))
 }

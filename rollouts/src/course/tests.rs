@@ -86,3 +86,38 @@ fn a_town_without_the_ways_of_a_task_is_refused_by_name() {
         assert!(error.contains(task) && error.contains(town), "{error}");
     }
 }
+
+const ANY_WAY: &str = r#"
+about = "Anywhere."
+[way]
+length_m = { other = [20, 200] }
+[time]
+mean_kmh = 10
+more_secs = 10
+[start]
+speed_mps = [0, 0]
+beside_m = 0
+turned_rad = 0
+[others]
+lights = true
+"#;
+
+/// The lights of the map are those of the way straight on and of the way to the left.
+#[test]
+fn of_several_lights_at_one_line_that_of_the_own_way_holds() {
+    let text = include_str!("../../../roads/tests/maps/fork.xodr");
+    let map = Map::parse("fork", text).unwrap();
+    let task = Task::parse("any", ANY_WAY).unwrap();
+    let course = Course::of_task(&Spec::default(), task, Arc::new(map)).unwrap();
+    let held = |pair: &Pair| pair.route.stop_after(0.0).map(|stop| (stop.at_m, stop.light));
+    let crossing: Vec<_> =
+        course.pairs.iter().filter_map(|pair| Some((pair, held(pair)?))).collect();
+    for (pair, (at_m, light)) in &crossing {
+        let wanted = usize::from(pair.route.goal().y_m > 20.0);
+        assert_eq!(*light, wanted, "{:?}", pair.route.goal());
+        assert_eq!(pair.route.stop_after(*at_m), None);
+    }
+    for light in [0, 1] {
+        assert!(crossing.iter().any(|(_, (_, found))| *found == light), "none by light {light}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Whether a vehicle passes a line before a red light.
 
-use agents::Network;
+use agents::{Network, RedLights};
 use schemas::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -12,11 +12,10 @@ pub(super) enum Seen {
     Free,
     /// Red since it came.
     Red,
-    /// This light and others have the line: which of them were red since it came, as bits in the
-    /// order of [`Network::sharing`].
-    Several { light: u32, red: u16 },
+    /// Several lights have the line: which of them were red since it came.
+    Several(RedLights),
     /// As before, and it has passed the line; it is not known yet which of them hold its way.
-    Passed { light: u32, red: u16 },
+    Passed(RedLights),
 }
 
 /// The lights at a line, and which of them are red.
@@ -34,9 +33,7 @@ impl Line<'_> {
         if self.all.is_empty() {
             return if (self.is_red)(self.light) { Seen::Red } else { Seen::Free };
         }
-        let bits = (0..u16::BITS).zip(self.all).filter(|(_, light)| (self.is_red)(**light));
-        let red = bits.fold(0, |red, (bit, _)| red | (1 << bit));
-        Seen::Several { light: self.light, red }
+        Seen::Several(RedLights::of(self.light, self.all, self.is_red))
     }
 }
 
@@ -46,12 +43,10 @@ impl Seen {
     pub(super) fn look(&mut self, line: Option<Line<'_>>, came: bool) {
         let now = line.map(|line| line.red());
         *self = match (*self, now) {
-            (Self::Passed { .. }, None) => *self,
+            (Self::Passed(_), None) => *self,
             (_, Some(now)) if came => now,
             (Self::Red, Some(Self::Red)) => Self::Red,
-            (Self::Several { red, .. }, Some(Self::Several { light, red: now })) => {
-                Self::Several { light, red: red & now }
-            }
+            (Self::Several(red), Some(Self::Several(now))) => Self::Several(now.and(red)),
             _ => Self::Free,
         };
     }
@@ -59,27 +54,24 @@ impl Seen {
     /// It passes the line of a light; whether it is known that it ran it.
     pub(super) fn pass(&mut self) -> bool {
         let seen = std::mem::take(self);
-        if let Self::Several { light, red } = seen
-            && red != 0
+        if let Self::Several(red) = seen
+            && !red.is_empty()
         {
-            *self = Self::Passed { light, red };
+            *self = Self::Passed(red);
         }
         seen == Self::Red
     }
 
     /// Whether it is not known yet whether it ran a light.
     pub(super) fn is_unclear(&self) -> bool {
-        matches!(self, Self::Passed { .. })
+        matches!(self, Self::Passed(_))
     }
 
     /// Where it has passed the line of several lights, of which some were red: whether it ran
     /// them, as soon as it is known which way it takes with its front there.
     pub(super) fn runs(&mut self, network: &Network, (front_m, forward): (Vec3, Vec3)) -> bool {
-        let Self::Passed { light, red } = *self else { return false };
-        let all = (0..u16::BITS).zip(network.sharing(light));
-        let red: Vec<u32> =
-            all.filter(|(bit, _)| red >> bit & 1 == 1).map(|(_, light)| *light).collect();
-        let runs = network.hold_way(&red, &front_m, &forward);
+        let Self::Passed(red) = *self else { return false };
+        let runs = red.hold_way(network, &front_m, &forward);
         if runs.is_some() {
             *self = Self::Free;
         }
@@ -114,9 +106,11 @@ mod tests {
     #[test]
     fn of_several_lights_those_are_kept_in_mind_that_were_red_all_along() {
         let all = [2, 4, 9];
-        let unclear = |red| (false, Seen::Passed { light: 4, red });
-        assert_eq!(passed(&all, &[&[2, 9], &[2, 4, 9]]), unclear(0b101));
-        assert_eq!(passed(&all, &[&[2, 9], &[9]]), unclear(0b100));
+        let unclear = |red: &[u32]| {
+            (false, Seen::Passed(RedLights::of(4, &all, |light| red.contains(&light))))
+        };
+        assert_eq!(passed(&all, &[&[2, 9], &[2, 4, 9]]), unclear(&[2, 9]));
+        assert_eq!(passed(&all, &[&[2, 9], &[9]]), unclear(&[9]));
         assert_eq!(passed(&all, &[&[2, 9], &[4]]), (false, Seen::Free));
     }
 }
