@@ -28,6 +28,15 @@ fn guest() -> schemas::ServiceId {
     "carla-1".parse().unwrap()
 }
 
+/// The world dies and is made again as it was while nobody steps. Gives its tick.
+async fn comes_back(port: &ToyWorlds, session: &mut Session) -> schemas::Tick {
+    let before = port.look(port.ids()[0]).unwrap();
+    port.crash();
+    session.move_away().await.unwrap();
+    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    before.0
+}
+
 #[tokio::test]
 async fn a_world_that_guests_changed_is_made_again_as_they_left_it_and_waits_for_them() {
     let (port, mut session) = session();
@@ -37,11 +46,7 @@ async fn a_world_that_guests_changed_is_made_again_as_they_left_it_and_waits_for
     observe(&mut session, 2).await;
     port.disturb();
     observe(&mut session, 1).await;
-    let before = port.look(port.ids()[0]).unwrap();
-    port.crash();
-    // Nobody steps meanwhile.
-    session.move_away().await.unwrap();
-    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    comes_back(&port, &mut session).await;
     let sharing = port.sharings.lock().unwrap().last().unwrap().clone();
     assert_eq!((sharing.stands_for, sharing.guests), (Some(first), vec![guest()]));
     assert_eq!(observe(&mut session, 1).await["step_number"], 4);
@@ -74,10 +79,7 @@ async fn what_a_guest_did_who_came_and_went_between_two_steps_is_kept() {
     port.disturb();
     observe(&mut session, 1).await;
     observe(&mut session, 1).await;
-    let before = port.look(port.ids()[0]).unwrap();
-    port.crash();
-    session.move_away().await.unwrap();
-    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    comes_back(&port, &mut session).await;
     assert_eq!(observe(&mut session, 1).await["step_number"], 5);
 }
 
@@ -89,11 +91,7 @@ async fn what_a_guest_did_before_a_step_without_time_is_kept() {
     observe(&mut session, 1).await;
     port.disturb();
     session.step(&Action::of(ActionKind::FollowRoute)).await.unwrap();
-    let before = port.look(port.ids()[0]).unwrap();
-    assert_eq!(before.0, schemas::Tick(1));
-    port.crash();
-    session.move_away().await.unwrap();
-    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    assert_eq!(comes_back(&port, &mut session).await, schemas::Tick(1));
 }
 
 #[tokio::test]
@@ -120,10 +118,7 @@ async fn a_state_that_could_not_be_had_is_asked_for_again_with_the_next_step() {
     port.refuses_to_save.store(false, Ordering::Relaxed);
     observe(&mut session, 2).await;
     assert_eq!(port.saved.lock().unwrap().len(), 1);
-    let before = port.look(port.ids()[0]).unwrap();
-    port.crash();
-    session.move_away().await.unwrap();
-    assert_eq!(port.look(port.ids()[0]).unwrap(), before);
+    comes_back(&port, &mut session).await;
 }
 
 #[tokio::test]
