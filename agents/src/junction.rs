@@ -13,7 +13,7 @@ use claims::Asker;
 pub use claims::{Claims, Entering};
 pub use entry::Held;
 use entry::STANDING_MPS;
-pub(crate) use entry::{Approach, BEFORE_LINE_M, INSIDE_M};
+pub(crate) use entry::{AT_LINE_M, Approach, BEFORE_LINE_M, INSIDE_M};
 use grants::{Grants, Way};
 
 /// What a driver was granted of the junctions ahead and below, and what it waits for.

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Throttle for a metre per second squared, about, and what the full brake stands for.
 pub(crate) const THROTTLE_PER_MPS2: f32 = 0.12;
 pub(crate) const BRAKE_MPS2: f32 = 9.0;
+/// Braking from which a light that turned is run rather than obeyed.
+const LIGHT_MPS2: f32 = 5.0;
 /// Throttle per metre per second of speed error.
 const PROPORTIONAL: f32 = 0.25;
 /// Throttle per metre of accumulated error.
@@ -18,6 +20,11 @@ const BRAKE_FROM: f32 = -0.1;
 /// Target and speed below which the vehicle is held with the brake.
 const STANDSTILL_MPS: f32 = 0.1;
 const HOLD_BRAKE: f32 = 0.4;
+
+/// Whether who is so fast stops for a yellow light that is so far ahead of its front.
+pub(crate) fn stops_for_yellow(speed_mps: f32, gap_m: f32) -> bool {
+    gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
+}
 
 /// A proportional and integral controller with a bounded memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

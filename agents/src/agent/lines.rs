@@ -5,10 +5,11 @@ use schemas::{AgentStatus, TrafficLightColour};
 use super::change::Taken;
 use super::traits::Traits;
 use super::{Agent, EASY_MPS2, GAP_M, HARD_MPS2, SPACING_M, STANDING_MPS, room};
-use crate::junction::{Approach, BEFORE_LINE_M, Claims, Held, INSIDE_M};
+use crate::junction::{AT_LINE_M, Approach, BEFORE_LINE_M, Claims, Held, INSIDE_M};
 use crate::network::Stop;
 use crate::scene::{Ahead, Queue};
 use crate::senses::Senses;
+use crate::speed::stops_for_yellow;
 
 /// How long a vehicle stands at a stop sign.
 const STOP_SECS: f32 = 1.0;
@@ -17,8 +18,6 @@ const BEYOND_END_M: f32 = 1.0;
 /// Who is kept from the end of its route and has so little way left before whoever stands beyond it
 /// has arrived.
 const KEPT_M: f32 = 0.5;
-/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
-const AT_LINE_M: f32 = 4.0;
 
 /// Lights, signs and people ahead.
 #[derive(Clone, Copy, Debug)]
@@ -113,7 +112,7 @@ impl Agent {
         self.status == AgentStatus::OnRoute && beyond_m < KEPT_M && is_near
     }
 
-    /// Whether a red light or a stop sign is near, and the first one that holds it.
+    /// Whether a closed light or a stop sign is near, and the first one that holds it.
     pub(super) fn lines(
         &mut self,
         senses: &Senses<'_>,
@@ -130,9 +129,14 @@ impl Agent {
             false => self.crossings.line(senses, &lines, speed_mps),
         };
         let urgent = senses.body.is_urgent;
-        let red = |light: u32| senses.scene.light(light) == TrafficLightColour::Red;
+        let is_closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
+            TrafficLightColour::Red => true,
+            TrafficLightColour::Yellow => stops_for_yellow(speed_mps, gap_m),
+            _ => false,
+        };
+        let heeds_lights = !urgent && !self.options.ignore_lights;
         let mut at_red = lines.iter().filter(|line| match line.why {
-            Stop::Light(light) => !urgent && !self.options.ignore_lights && red(light),
+            Stop::Light(light) => heeds_lights && is_closed(light, line.ahead_m - front_m),
             _ => false,
         });
         let red_m = at_red.next().map(|line| line.ahead_m);
@@ -164,7 +168,7 @@ mod tests {
     use schemas::{AgentOptions, Pose};
 
     use super::*;
-    use crate::network::{LaneId, Network};
+    use crate::network::{LaneId, Network, StopLine};
     use crate::path::Leg;
     use crate::pilot::VehicleView;
     use crate::scene::{Body, Scene};
@@ -249,6 +253,44 @@ mod tests {
             assert!(near.is_kept_from_end(&senses, 0.2) && !near.is_kept_from_end(&senses, 2.0));
             assert!(!agent.is_kept_from_end(&senses, 0.2), "far from its end");
         }
+    }
+
+    /// Whether an agent stops for its light, with its front so far before the line.
+    fn stops(
+        colour: TrafficLightColour,
+        gap_m: f32,
+        speed_mps: f32,
+        options: AgentOptions,
+    ) -> bool {
+        let text = roads::town::build("Town10HD_Opt").unwrap();
+        let network = Network::new(&roads::Map::parse("Town10HD_Opt", &text).unwrap());
+        let is_far = |line: &&StopLine| matches!(line.why, Stop::Light(_)) && line.at_m > 60.0;
+        let lit = |id: &LaneId| network.lane(*id)?.stops.iter().find(is_far).map(|at| (*id, *at));
+        let (id, line) = (0..network.lane_count() as LaneId).find_map(|id| lit(&id)).unwrap();
+        let lane = network.lane(id).unwrap();
+        let mut agent = Agent::new(options);
+        let from_m = line.at_m - gap_m - FRONT_M;
+        agent.path.push(Leg { lane: id, from_m, to_m: lane.length_m(), onto: None });
+        let at = lane.at(from_m);
+        let body = vehicle([FRONT_M, 0.9, 0.7], at.point_m, at.heading(), speed_mps);
+        let scene = Scene::new(vec![body], vec![colour; 100]);
+        let view = VehicleView::of_car(Pose::identity(), body.velocity_mps);
+        let senses =
+            Senses { network: &network, scene: &scene, view: &view, body: &body, dt_secs: 0.05 };
+        let traits = agent.traits(1.0);
+        agent.lines(&senses, &traits, 60.0, speed_mps).stops_here
+    }
+
+    #[test]
+    fn an_agent_stops_for_yellow_where_it_need_not_brake_hard() {
+        use TrafficLightColour::{Green, Red, Yellow};
+        let options = AgentOptions::default();
+        let at_50_kmh = |colour, gap_m| stops(colour, gap_m, 13.9, options);
+        assert_eq!([Green, Yellow, Red].map(|colour| at_50_kmh(colour, 22.0)), [false, true, true]);
+        assert_eq!([Yellow, Red].map(|colour| at_50_kmh(colour, 12.0)), [false, true]);
+        assert!(stops(Yellow, 3.0, 5.0, options) && !stops(Yellow, 2.0, 5.0, options));
+        let ignores = AgentOptions { ignore_lights: true, ..options };
+        assert!(!stops(Yellow, 22.0, 13.9, ignores));
     }
 
     #[test]

@@ -19,8 +19,11 @@ pub(super) const STANDING_MPS: f32 = 0.2;
 const BLOCKED_M: f32 = 6.0;
 /// Lines this far inside a junction belong to its entry.
 pub(crate) const INSIDE_M: f32 = 4.0;
-/// Who stands so near before the line of a stop sign, or nearer, stands at that sign.
+/// Who is held by the line of a stop sign just inside a junction stands so far before it.
 const AT_SIGN_M: f32 = 2.0;
+/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at: so far
+/// back at least boxes of stop signs reach.
+pub(crate) const AT_LINE_M: f32 = 3.0;
 /// Lines so far behind the vehicle still tell who it is to let through.
 const BEHIND_M: f32 = 12.0;
 /// Who waited as long as this goes before others: behind a stop or yield sign, and elsewhere, as

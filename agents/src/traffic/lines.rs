@@ -3,16 +3,14 @@
 use schemas::TrafficLightColour;
 
 use super::{Driver, STANDING_MPS};
+use crate::junction::AT_LINE_M;
 use crate::network::Stop;
 use crate::path::StopAhead;
 use crate::senses::Senses;
+use crate::speed::stops_for_yellow;
 
 /// How long a vehicle stands at a stop sign.
 const STOP_SECS: f32 = 1.0;
-/// A stop line this far ahead of the bumper at most is the one that a vehicle stands at.
-const AT_LINE_M: f32 = 4.0;
-/// Braking from which a light that turned is run rather than obeyed.
-const LIGHT_MPS2: f32 = 5.0;
 
 impl Driver {
     /// Distance from the origin to the next line that holds this vehicle, for people too, and
@@ -40,9 +38,7 @@ impl Driver {
         let front_m = senses.body.half_m.x;
         let closed = |light: u32, gap_m: f32| match senses.scene.light(light) {
             TrafficLightColour::Red => gap_m > 0.0 || speed_mps < 1.0,
-            TrafficLightColour::Yellow => {
-                gap_m > 0.0 && speed_mps * speed_mps / (2.0 * gap_m.max(0.1)) < LIGHT_MPS2
-            }
+            TrafficLightColour::Yellow => stops_for_yellow(speed_mps, gap_m),
             _ => false,
         };
         let mut held = None;
