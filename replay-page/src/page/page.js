@@ -234,7 +234,7 @@ function go(millis) {
 function list() {
   const steps = data.steps.map(step => ({
     at: Math.round(step.simulation_time * 1000), kind: "step",
-    text: `${step.action}, reward ${step.reward}${step.done_reason ? `, ends: ${step.done_reason}` : ""}`,
+    text: `${step.action}, reward ${Number(step.reward.toFixed(4))}${step.done_reason ? `, ends: ${step.done_reason}` : ""}`,
   }));
   const all = [...data.events, ...steps].sort((a, b) => a.at - b.at);
   data.told = all.map(({ at, kind, text }) => {
@@ -331,6 +331,14 @@ function listen() {
   addEventListener("resize", () => { resize(); drawMarks(); });
 }
 
+// `#t=12.5` shows that second, and waits there.
+function waitWhereAsked() {
+  const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+  if (!Number.isFinite(asked)) return;
+  state.plays = false;
+  go(begin + asked * 1000);
+}
+
 function begins() {
   byId("about").textContent = `${data.source} on ${data.map}, ${actors.length} actors, version ${data.version}`;
   byId("time").max = end - begin;
@@ -342,9 +350,9 @@ function begins() {
   showWhole();
   if (ego) choose(ego);
   listen();
-  // `#t=12.5` shows that second, and waits there.
-  const asked = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (asked !== null) go(begin + Number(asked) * 1000); else state.plays = last > 0;
+  state.plays = last > 0;
+  waitWhereAsked();
+  addEventListener("hashchange", waitWhereAsked);
   let before = null;
   const turn = now => {
     if (state.plays && before !== null) go(state.millis + (now - before) * state.rate);
