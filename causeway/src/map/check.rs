@@ -46,7 +46,10 @@ fn told(faults: &Report, notes: &Report, size: Option<&str>, survives: bool) -> 
         }
     }
     let size = size.unwrap_or("no map can be made of it");
-    line(format_args!("{size}; {} faults, {} notes", faults.count, notes.count));
+    let several = |count: usize| if count == 1 { "" } else { "s" };
+    let (faults, notes) = (faults.count, notes.count);
+    let found = format!("{faults} fault{}, {notes} note{}", several(faults), several(notes));
+    line(format_args!("{size}; {found}"));
     let verdict = if survives { "survives" } else { "does not survive" };
     line(format_args!("CARLA's client {verdict} this map"));
     text
@@ -87,5 +90,9 @@ mod tests {
             "{told}"
         );
         assert!(told.contains("more") && told.contains("does not survive"), "{told}");
+        assert!(told.contains("no map can be made of it; 9 faults, 0 notes"), "{told}");
+        let faults = Report { count: 1, ..faults };
+        let told = super::told(&faults, &Report::default(), None, false);
+        assert!(told.contains("; 1 fault, 0 notes"), "{told}");
     }
 }
