@@ -1,6 +1,6 @@
 //! Town07: a village between farm tracks, with a ring of country roads around both that leads over
-//! two hills, stop and yield signs, and few lights. Its streets lie where CARLA's do, so that places
-//! that programs name by coordinates are on the road.
+//! two hills, stop and yield signs, and few lights. Its streets lie where CARLA's do, so that
+//! places that programs name by coordinates are on the road.
 
 use super::block::house;
 use super::course::{Bend, Pose, direction};
