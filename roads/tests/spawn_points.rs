@@ -66,7 +66,7 @@ fn towns_keep_their_spawn_points_as_they_were() {
         ("Town04", 967, "f55e527d614634a9"),
         ("Town05", 656, "2622c9cf0c214dd5"),
         ("Town06", 673, "65bf635aeb0e80e5"),
-        ("Town07", 159, "a3b11b638977c103"),
+        ("Town07", 159, "b050af608277d8b7"),
         ("Town10HD", 155, "7ba432d4e44be534"),
     ];
     for ((name, count, digest), wanted) in found.iter().zip(wanted) {

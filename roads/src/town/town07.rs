@@ -200,7 +200,7 @@ const TRACKS: [Way; 10] = [
     ((WEST_MIDDLE, None), &[], (TRACK_MIDDLE, None), COUNTRY),
     ((TRACK_MIDDLE, None), &[], (FARM_WEST, None), COUNTRY),
     ((TRACK_LOWER, None), &[], (TRACK_MIDDLE, None), COUNTRY),
-    ((TRACK_MIDDLE, None), &[], (ISLAND_SOUTH, Some([-149.7, 81.6])), COUNTRY),
+    ((TRACK_MIDDLE, None), &[], (ISLAND_SOUTH, Some([-149.7, 79.6])), COUNTRY),
     (
         (SOUTH_WEST, Some([-102.4, -62.7])),
         &[bend(-103.4, -74.2, 350.0), bend(-108.0, -105.3, 25.0)],
@@ -210,20 +210,20 @@ const TRACKS: [Way; 10] = [
     (
         (UPPER_WEST, Some([-107.4, 99.3])),
         &[bend(-109.4, 100.1, 9.6)],
-        (ISLAND_EAST, Some([-135.9, 98.7])),
+        (ISLAND_EAST, Some([-133.9, 98.8])),
         NARROW,
     ),
     // Their left borders lie around the island.
     (
-        (ISLAND_SOUTH, Some([-144.7, 91.0])),
-        &[bend(-142.6, 92.6, 8.5)],
-        (ISLAND_EAST, Some([-141.7, 95.2])),
+        (ISLAND_SOUTH, Some([-144.7, 90.9])),
+        &[bend(-143.3, 91.9, 7.5)],
+        (ISLAND_EAST, Some([-142.4, 93.5])),
         ISLAND,
     ),
     (
         (ISLAND_EAST, Some([-143.0, 102.8])),
-        &[bend(-146.5, 107.7, 8.5), bend(-158.1, 104.4, 8.5), bend(-158.9, 92.2, 8.5)],
-        (ISLAND_SOUTH, Some([-153.2, 89.8])),
+        &[bend(-146.0, 107.1, 8.3), bend(-156.5, 105.4, 8.3), bend(-159.7, 95.4, 8.3)],
+        (ISLAND_SOUTH, Some([-156.0, 91.7])),
         ISLAND,
     ),
 ];
