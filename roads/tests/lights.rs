@@ -186,9 +186,12 @@ fn signs_of_our_towns_stand_before_the_place_where_they_count() {
                 assert!(beside.y < -1.0, "{}: {sign:?}", map.name());
                 let ahead_m = beside.x - trigger.half_extent_m.x;
                 assert!(ahead_m.abs() < 1.0, "{}: {ahead_m} m, {sign:?}", map.name());
-                let on = map.next(&trigger.front, 1.5);
-                let to_junction = on.iter().any(|place| map.lane(place).is_junction);
-                assert_eq!(to_junction, kind < 2, "{}: {sign:?}", map.name());
+                let inside = |place: &Waypoint| map.lane(place).is_junction;
+                let to_junction = map.next(&trigger.front, 1.5).iter().any(inside);
+                // Town07 has a road of two metres between two junctions.
+                let is_short = map.previous(&trigger.front, 2.5).iter().any(inside);
+                let may_be = if kind < 2 { to_junction } else { !to_junction || is_short };
+                assert!(may_be, "{}: {sign:?}", map.name());
             }
         }
     }
